@@ -152,6 +152,8 @@ export interface components {
              */
             orthographic: number;
         };
+        /** @description Code of 8 bits from which a channel counts as clipped; `auto` finds it, `off` (or 256) uses all pixels. */
+        ClipCode: ("auto" | "off") | number;
         /** @description Material in a comparison. */
         Compared: {
             /** @description Directional albedo and mirror reflection over the angle of incidence. */
@@ -1672,7 +1674,7 @@ export interface components {
             background: number;
             /**
              * Format: int64
-             * @description Clipped: as bright as the file format can show.
+             * @description Clipped: as bright as the image can show, or beside such pixels.
              */
             clipped: number;
             /**
@@ -1718,6 +1720,7 @@ export interface components {
         };
         /** @description Part `spec` of a target upload. */
         TargetSpec: {
+            clip_from?: components["schemas"]["ClipCode"] | null;
             /** @description True if the brightness of an image is unknown, so that a gain is solved for. Default: false. */
             gain?: boolean | null;
             /**
@@ -1730,8 +1733,8 @@ export interface components {
             samples?: components["schemas"]["PixelSamples"] | null;
             scene?: components["schemas"]["SceneOrId"] | null;
             /**
-             * @description Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples` and
-             *     `gain`.
+             * @description Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples`,
+             *     `gain` and `clip_from`.
              */
             views?: components["schemas"]["ViewSpec"][] | null;
         };
@@ -1751,6 +1754,13 @@ export interface components {
         };
         /** @description Image of a target, as the server has interpreted it. */
         TargetView: {
+            /** @description Setting from which code a channel counts as clipped. 255 for targets of versions without it. */
+            clip_from?: components["schemas"]["ClipCode"];
+            /**
+             * @description Code from which red, green and blue are clipped, null for a channel that is not; in images
+             *     of linear radiance 255 is the value 1. Null for targets of versions without it.
+             */
+            clipped_from?: (number | null)[] | null;
             /** @description True if the brightness is unknown, so that a gain is solved for. */
             gain_solved: boolean;
             /** @description True if the image is held out: it is not fitted. */
@@ -1774,6 +1784,7 @@ export interface components {
         Tone: "none" | "reinhard" | "filmic";
         /** @description One of several images. */
         ViewSpec: {
+            clip_from?: components["schemas"]["ClipCode"] | null;
             /** @description True if the brightness is unknown, so that a gain is solved for. Default: false. */
             gain?: boolean;
             /**
@@ -1896,6 +1907,7 @@ export type BackendReport = components['schemas']['BackendReport'];
 export type Breed = components['schemas']['Breed'];
 export type Budget = components['schemas']['Budget'];
 export type Camera = components['schemas']['Camera'];
+export type ClipCode = components['schemas']['ClipCode'];
 export type Compared = components['schemas']['Compared'];
 export type Comparison = components['schemas']['Comparison'];
 export type CreateLineage = components['schemas']['CreateLineage'];

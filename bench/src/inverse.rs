@@ -8,7 +8,7 @@ use brood_eval::{LinearPicture, RadianceImage, shade_brdf};
 use brood_genome::{Model, ModelKind};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
-use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{ClipFrom, PixelArea, Raster, SampleSet, Sampling, Scene};
 use brood_search::analytic::{Form, Recovery};
 use brood_target::{ImageView, Samples, View};
 use clap::Args;
@@ -138,6 +138,7 @@ fn material(
         picture: &picture_of,
         mask: None,
         is_gain_unknown: false,
+        clip_from: ClipFrom::Auto,
     };
     let (view, samples): (ImageView, Samples) = ImageView::new(&view)?;
     let form = Form::of(truth);

@@ -122,6 +122,7 @@ async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
     assert_eq!((&view["size_px"], &view["samples"]), (&json!(SIDE), &json!(1)));
     assert_eq!((&view["gain_solved"], &view["held_out"]), (&json!(false), &json!(false)));
     assert_eq!((&view["scene"]["mesh"], &view["scene"]["scale"]), (&json!(mesh), &json!(1.0)));
+    assert_eq!((&view["clip_from"], &view["clipped_from"]), (&json!("auto"), &json!([null, null, null])));
     let count = |name: &str| view["pixels"][name].as_u64().unwrap();
     assert!(count("used") > 800 && count("edge") > 50 && count("unlit") > 50, "{view}");
     assert_eq!(target["samples"], view["pixels"]["used"]);
@@ -367,6 +368,8 @@ async fn inconsistent_views_are_refused() {
         (422, "/gain", "for itself", json!({"kind": "image", "gain": true, "views": []})),
         (422, "/samples", "only a picture", json!({"kind": "merl", "samples": 1})),
         (422, "/gain", "only a picture", json!({"kind": "merl", "gain": false})),
+        (422, "/clip_from", "only a picture", json!({"kind": "merl", "clip_from": "off"})),
+        (422, "/clip_from", "for itself", json!({"kind": "image", "clip_from": 250, "views": []})),
         (422, "/views", "only a picture", json!({"kind": "merl", "views": []})),
     ];
     for (status, pointer, words, spec) in rows {

@@ -9,8 +9,9 @@
  *   or what was pasted.
  *
  * @typedef {{key: number, file: File, mask: File|null, from: SceneFrom, text: string, light:
- *   string, samples: string, gain: boolean, held_out: boolean}} PictureDraft `text`: the scene that
- *   was pasted; `light`: degrees to which it is turned, as typed.
+ *   string, samples: string, gain: boolean, held_out: boolean, clip_from: unknown}} PictureDraft
+ *   `text`: the scene that was pasted; `light`: degrees to which it is turned, as typed;
+ *   `clip_from`: the setting of a list, undefined without one.
  *
  * @typedef {{id: string, scene: Scene}} OpenScene
  *
@@ -60,6 +61,7 @@ export function newPicture(file, before, hasOpen) {
     samples,
     gain,
     held_out: false,
+    clip_from: undefined,
   };
 }
 
@@ -148,6 +150,7 @@ export function buildUpload(views, open) {
       samples: of.samples === "adaptive" ? "adaptive" : Number(of.samples),
       ...(of.gain ? { gain: true } : {}),
       ...(of.held_out ? { held_out: true } : {}),
+      ...(of.clip_from === undefined ? {} : { clip_from: of.clip_from }),
     });
   }
   return { spec: { kind: "image", name: stem(views[0].file.name), views: said }, parts };
@@ -196,6 +199,7 @@ export async function picturesFromList(text, files) {
       samples,
       gain: of.gain === true,
       held_out: of.held_out === true,
+      clip_from: of.clip_from,
     });
   }
   return views;
@@ -255,7 +259,7 @@ export const PIXEL_STATUSES = [
     status: "clipped",
     name: "clipped",
     color: "#e53935",
-    words: "At the largest value that the picture can hold",
+    words: "At the largest value that the picture can hold, or beside such pixels",
   },
   {
     status: "grazing",

@@ -230,7 +230,7 @@ mod tests {
     use brood_inspect::Specimen;
     use brood_mesh::BuiltinMesh;
     use brood_protocol::Backend;
-    use brood_scene::{Sampling, Scene};
+    use brood_scene::{ClipFrom, Sampling, Scene};
     use brood_target::{BundledView, PictureBundle};
 
     use super::*;
@@ -334,6 +334,7 @@ mod tests {
             mesh: None,
             sampling: Sampling::Adaptive,
             is_gain_unknown: true,
+            clip_from: ClipFrom::LARGEST,
             is_held_out: false,
             picture,
             mask: Some(brood_eval::encode_png(40, 40, &half)),

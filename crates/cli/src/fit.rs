@@ -19,7 +19,7 @@ use brood_eval::encode_png;
 use brood_genome::{Genome, ModelKind};
 use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
-use brood_scene::Exposure;
+use brood_scene::{ClipFrom, Exposure};
 use brood_search::{Found, Options, Outcome, Progress, Search};
 use brood_target::{MeasuredTarget, Strategy};
 use brood_worker::Renderer;
@@ -69,6 +69,10 @@ pub struct FitArgs {
     /// Solve for a gain, because the brightness of the picture is unknown
     #[arg(long)]
     pub gain: bool,
+    /// Code of 8 bits from which a channel of the picture counts as clipped; `auto` finds it from
+    /// plateaus, `off` uses every pixel
+    #[arg(long, value_name = "CODE", default_value_t = ClipFrom::Auto, value_parser = str::parse::<ClipFrom>)]
+    pub clip_from: ClipFrom,
     /// Read an .exr as an image slice, even with --scene
     #[arg(long)]
     pub slice: bool,

@@ -261,3 +261,33 @@ fn tokens_are_created_listed_and_revoked() {
     fail(&["backup", &file, "--data", data]);
     fail(&["backup", &path(&dir, "x.db"), "--data", &path(&dir, "nothing-here")]);
 }
+
+#[test]
+fn fit_prints_clipped_codes_of_a_picture_and_refuses_the_setting_without_one() {
+    let dir = tempfile::tempdir().unwrap();
+    let (metal, scene) = (path(&dir, "metal.brood"), path(&dir, "scene.json"));
+    std::fs::write(&metal, succeed(&["model", "show", "conductor"])).unwrap();
+    let json = r#"{"mesh": "sphere", "film": {"exposure": 3},
+        "lights": [{"kind": "point", "position": [3, 3, 3]}]}"#;
+    std::fs::write(&scene, json).unwrap();
+    let picture = path(&dir, "picture.png");
+    succeed(&["render", &metal, "--scene", &scene, "--size", "48", "-o", &picture]);
+    let fit = |clip_from: &str| {
+        let out = path(&dir, "fitted");
+        let options = ["--scene", &scene, "--strategy", "analytic", "--models", "lambert"];
+        let budget = ["--generations", "1", "--clip-from", clip_from, "-o", &out];
+        let text = succeed(&[&["fit", &picture][..], &options, &budget].concat());
+        let report = std::fs::read(dir.path().join("fitted/report.json")).unwrap();
+        (text, serde_json::from_slice::<serde_json::Value>(&report).unwrap())
+    };
+    let (text, report) = fit("auto");
+    assert!(text.contains("pixels clipped, from code red 255"), "{text}");
+    assert!(report.to_string().contains(r#""clip_from":"auto""#), "{report}");
+    let (text, _) = fit("200");
+    assert!(text.contains("from code red 200") && text.contains("(set)"), "{text}");
+    assert!(!fit("off").0.contains("pixels clipped"));
+    let csv = path(&dir, "samples.csv");
+    std::fs::write(&csv, "").unwrap();
+    let line = fail(&["fit", &csv, "--clip-from", "250", "-o", &path(&dir, "no")]);
+    assert!(line.contains("--clip-from needs a picture as target"), "{line}");
+}

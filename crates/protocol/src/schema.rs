@@ -49,6 +49,25 @@ impl PartialSchema for PixelSamples {
 
 impl ToSchema for PixelSamples {}
 
+/// Code from which a channel counts as clipped.
+pub struct ClipCode;
+
+impl PartialSchema for ClipCode {
+    fn schema() -> RefOr<Schema> {
+        let word = ObjectBuilder::new().schema_type(Type::String);
+        let code = ObjectBuilder::new().schema_type(Type::Integer);
+        let items = OneOfBuilder::new()
+            .description(Some(
+                "Code of 8 bits from which a channel counts as clipped; `auto` finds it, `off` (or 256) uses all pixels.",
+            ))
+            .item(word.enum_values(Some(["auto", "off"])))
+            .item(code.minimum(Some(1)).maximum(Some(256)));
+        RefOr::T(Schema::OneOf(items.build()))
+    }
+}
+
+impl ToSchema for ClipCode {}
+
 // A single flat object, because `Scene` denies unknown fields and so cannot be one part of an
 // `allOf`.
 impl PartialSchema for SceneAnswer {

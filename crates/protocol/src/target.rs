@@ -1,10 +1,10 @@
 //! Requests and responses for search targets.
 
-use brood_scene::{Sampling, Scene};
+use brood_scene::{ClipFrom, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::TargetId;
-use crate::schema::{PixelSamples, SceneOrId};
+use crate::schema::{ClipCode, PixelSamples, SceneOrId};
 
 /// Part `spec` of a target upload.
 #[derive(Debug, Clone, PartialEq, Deserialize, utoipa::ToSchema)]
@@ -29,8 +29,13 @@ pub struct TargetSpec {
     /// True if the brightness of an image is unknown, so that a gain is solved for. Default: false.
     #[serde(default)]
     pub gain: Option<bool>,
-    /// Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples` and
-    /// `gain`.
+    /// Code from which a channel of an image counts as clipped: `auto`, `off` or 1 to 255. Default:
+    /// `auto`, which finds it from the plateaus of the image, also after noise and compression.
+    #[serde(default)]
+    #[schema(value_type = Option<ClipCode>)]
+    pub clip_from: Option<ClipFrom>,
+    /// Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples`,
+    /// `gain` and `clip_from`.
     #[serde(default)]
     pub views: Option<Vec<ViewSpec>>,
 }
@@ -55,6 +60,11 @@ pub struct ViewSpec {
     /// True if the brightness is unknown, so that a gain is solved for. Default: false.
     #[serde(default)]
     pub gain: bool,
+    /// Code from which a channel counts as clipped: `auto`, `off` or 1 to 255. Default: `auto`,
+    /// which finds it from the plateaus of the image, also after noise and compression.
+    #[serde(default)]
+    #[schema(value_type = Option<ClipCode>)]
+    pub clip_from: Option<ClipFrom>,
     /// True to hold the image out: it is not fitted, only compared with the results. Default:
     /// false.
     #[serde(default)]
@@ -134,10 +144,23 @@ pub struct TargetView {
     pub samples: Sampling,
     /// True if the brightness is unknown, so that a gain is solved for.
     pub gain_solved: bool,
+    /// Setting from which code a channel counts as clipped. 255 for targets of versions without it.
+    #[serde(default = "largest_code")]
+    #[schema(value_type = ClipCode)]
+    pub clip_from: ClipFrom,
+    /// Code from which red, green and blue are clipped, null for a channel that is not; in images
+    /// of linear radiance 255 is the value 1. Null for targets of versions without it.
+    #[serde(default)]
+    #[schema(value_type = Option<Vec<Option<u8>>>)]
+    pub clipped_from: Option<[Option<u8>; 3]>,
     /// True if the image is held out: it is not fitted.
     pub held_out: bool,
     /// Number of pixels by status.
     pub pixels: TargetPixels,
+}
+
+fn largest_code() -> ClipFrom {
+    ClipFrom::LARGEST
 }
 
 /// Numbers of pixels by status: used as a sample, or the reason for not being used.
@@ -153,7 +176,7 @@ pub struct TargetPixels {
     pub background: u64,
     /// On a silhouette, or on a crease or depth edge within the object.
     pub edge: u64,
-    /// Clipped: as bright as the file format can show.
+    /// Clipped: as bright as the image can show, or beside such pixels.
     pub clipped: u64,
     /// Unlit.
     pub unlit: u64,

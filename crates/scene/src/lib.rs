@@ -16,9 +16,11 @@
 //! assert_eq!(samples.irradiance()[0].len(), samples.len());
 //! ```
 
+mod clip_from;
 mod description;
 mod sample_set;
 
+pub use clip_from::{ClipFrom, ClipFromError};
 pub use description::{
     Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef, Normals,
     OrbitCamera, OrthographicCamera, Scene, Tone,

@@ -1,12 +1,12 @@
 //! Tests that materials are found from pictures of them.
 
 use brood_brdf::{Model, ModelKind};
-use brood_eval::{Level, LinearPicture, RadianceImage, shade_brdf};
+use brood_eval::{Level, LinearPicture, RadianceImage, decode_srgb, encode_srgb, shade_brdf};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
-use brood_target::{ImageView, MeasuredTarget, Samples, Strategy, View};
+use brood_scene::{ClipFrom, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_target::{ImageView, MeasuredTarget, Samples, Strategy, View, metric};
 
 use crate::analytic::{Form, Recovery};
 use crate::{Options, Search};
@@ -30,7 +30,8 @@ fn view<'a>(
     picture: &'a LinearPicture,
 ) -> View<'a> {
     let sampling = Sampling::Adaptive;
-    View { mesh, scene, assets, sampling, picture, mask: None, is_gain_unknown: false }
+    let (mask, is_gain_unknown, clip_from) = (None, false, ClipFrom::Auto);
+    View { mesh, scene, assets, sampling, picture, mask, is_gain_unknown, clip_from }
 }
 
 #[test]
@@ -111,4 +112,84 @@ fn clipped_highlight_bounds_the_fit_from_below() {
         println!("{strategy}: {with:.3} of what was clipped, {without:.3} without its bounds");
         assert!(with > 0.6 && with > 1.5 * without, "{strategy}: {with} {without}");
     }
+}
+
+/// Picture in codes of 8 bits whose brightest channel is `brightest` times the largest code, with
+/// normal noise of `deviation` codes after clipping.
+fn photograph(image: &RadianceImage, exposure: f64, deviation: f64) -> LinearPicture {
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut unit = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut normal = || {
+        let radius = (-2.0 * libm::log(1.0 - unit())).sqrt();
+        radius * libm::cos(std::f64::consts::TAU * unit())
+    };
+    let mut picture = LinearPicture { is_linear: false, ..LinearPicture::from(image) };
+    for (pixel, clipped) in picture.pixels.iter_mut().zip(&mut picture.clipped) {
+        let codes = pixel.map(|value| {
+            let code = f64::from(encode_srgb((f64::from(value) * exposure) as f32));
+            (code + deviation * normal()).round().clamp(0.0, 255.0)
+        });
+        *clipped = codes.contains(&255.0);
+        *pixel = codes.map(|code| decode_srgb(code / 255.0) as f32);
+    }
+    picture
+}
+
+#[test]
+fn conductor_is_recovered_from_a_clipped_picture_with_noise() {
+    let model = Model::new(ModelKind::Conductor).with("eta", &[0.143, 0.375, 1.442]).unwrap();
+    let model = model.with("k", &[3.983, 2.386, 1.603]).unwrap();
+    let model = model.with("roughness", &[0.2]).unwrap();
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
+    let lit_from = |position: &str| {
+        scene(&format!(
+            r#"{{"film": {{"exposure": 0}}, "lights": [{{"kind": "point", "position": {position}}}]}}"#
+        ))
+    };
+    let (plain, other) = (lit_from("[2, 2, 3]"), lit_from("[-3, 1, 1]"));
+    let image = rendered(&model, &mesh, &plain, Sampling::Fixed(1));
+    let brightest =
+        image.premultiplied().iter().flatten().fold(0f32, |most, value| most.max(*value));
+    // The highlight is 4 times brighter than the largest code.
+    let exposure = 4.0 / f64::from(brightest);
+    let scene = Scene {
+        film: serde_json::from_str(&format!(r#"{{"exposure": {}}}"#, libm::log2(exposure)))
+            .unwrap(),
+        ..plain
+    };
+    let raster =
+        Raster { size_px: SIDE_PX, sampling: Sampling::Fixed(1), area: PixelArea::whole(SIDE_PX) };
+    let set = SampleSet::render_with_assets(&mesh, &other, &assets, raster);
+    let unseen = Samples::of(&*model.brdf(), (0..set.len()).map(|at| set.pair(at).0).collect());
+    let error = |deviation: f64, clip_from: ClipFrom| {
+        let picture = photograph(&image, exposure, deviation);
+        let sampling = Sampling::Fixed(1);
+        let given = View { clip_from, sampling, ..view(&mesh, &scene, &assets, &picture) };
+        let (view, samples) = ImageView::new(&given).unwrap();
+        let target = MeasuredTarget::of_pixels(&samples).unwrap();
+        let options =
+            Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+        let kinds = vec![ModelKind::Conductor];
+        let mut search = Search::with_kinds(&target.fitted, &options, kinds);
+        search.step();
+        let outcome = search.finish().unwrap();
+        let program = Program::lower(&outcome.front[outcome.best].genome);
+        let found = Samples::of_program(&program, unseen.pairs().to_vec()).unwrap();
+        let error = metric::e_log(&unseen.weighted(), &found.weighted());
+        println!(
+            "noise {deviation}, clip_from {clip_from}: E_log {error:.4} under another light, {:?}, {}",
+            view.clipped_from(),
+            view.counts()
+        );
+        error
+    };
+    let clean = error(0.0, ClipFrom::LARGEST);
+    let before = error(2.0, ClipFrom::LARGEST);
+    let after = error(2.0, ClipFrom::Auto);
+    assert!(clean < 0.002 && after < 0.01 && before > 4.0 * after, "{clean} {before} {after}");
 }

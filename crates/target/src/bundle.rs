@@ -11,14 +11,17 @@ use std::sync::Arc;
 
 use brood_light::{IesProfile, LightAssets};
 use brood_mesh::Mesh;
-use brood_scene::{MeshRef, Sampling, Scene};
+use brood_scene::{ClipFrom, MeshRef, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 use crate::{MeasuredTarget, Samples};
 
 /// Prefix of every file; the digit is the version.
-const MAGIC: &[u8; 17] = b"brood pictures/1\n";
+const MAGIC: &[u8; 17] = b"brood pictures/2\n";
+/// Prefix of files without [`BundledView::clip_from`], in whose pictures only code 255 is clipped.
+/// Bundles with that setting alone are written so, and keep their hash.
+const MAGIC_LARGEST: &[u8; 17] = b"brood pictures/1\n";
 /// Largest file in bytes: pictures of 64 MiB with several large meshes.
 const BYTES_MOST: usize = 256 << 20;
 /// Largest number of views in a file.
@@ -45,6 +48,8 @@ pub struct BundledView {
     pub sampling: Sampling,
     /// True if its brightness is unknown.
     pub is_gain_unknown: bool,
+    /// Code from which a channel counts as clipped.
+    pub clip_from: ClipFrom,
     /// True if it is held out of the fit.
     pub is_held_out: bool,
     /// Encoded picture.
@@ -172,7 +177,13 @@ impl PictureBundle {
             profiles: profiles.collect(),
             meshes: meshes.into_iter().map(|mesh| &**mesh).collect(),
         };
-        let bytes = postcard::to_extend(&written, MAGIC.to_vec()).expect("plain data serialises");
+        let settings: Vec<ClipFrom> = self.views.iter().map(|view| view.clip_from).collect();
+        let bytes = if settings.iter().all(|setting| *setting == ClipFrom::LARGEST) {
+            postcard::to_extend(&written, MAGIC_LARGEST.to_vec())
+        } else {
+            postcard::to_extend(&(settings, written), MAGIC.to_vec())
+        };
+        let bytes = bytes.expect("plain data serialises");
         if bytes.len() > BYTES_MOST {
             return Err(BundleError::TooLarge(bytes.len()));
         }
@@ -188,18 +199,23 @@ impl PictureBundle {
         if bytes.len() > BYTES_MOST {
             return Err(BundleError::TooLarge(bytes.len()));
         }
-        let body = bytes.strip_prefix(MAGIC).ok_or(BundleError::Version)?;
         let malformed = |error: String| BundleError::Malformed(error);
-        let read: Read<'_> = match postcard::take_from_bytes(body) {
-            Ok((read, [])) => read,
-            Ok((_, rest)) => return Err(malformed(format!("{} bytes too many", rest.len()))),
-            Err(error) => return Err(malformed(error.to_string())),
-        };
+        let (settings, read): (Vec<ClipFrom>, Read<'_>) =
+            if let Some(body) = bytes.strip_prefix(MAGIC) {
+                decoded(body)?
+            } else {
+                let body = bytes.strip_prefix(MAGIC_LARGEST).ok_or(BundleError::Version)?;
+                let read: Read<'_> = decoded(body)?;
+                (vec![ClipFrom::LARGEST; read.views.len()], read)
+            };
+        if settings.len() != read.views.len() {
+            return Err(malformed(format!("{} settings of clipping", settings.len())));
+        }
         let meshes: Vec<Arc<Mesh>> = read.meshes.into_iter().map(Arc::new).collect();
         let profiles = read.profiles.into_iter();
         let profiles = profiles.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect();
         let mut views = Vec::with_capacity(read.views.len().min(VIEWS_MOST));
-        for (index, view) in read.views.into_iter().enumerate() {
+        for (index, (view, clip_from)) in read.views.into_iter().zip(settings).enumerate() {
             let scene: Scene =
                 serde_json::from_str(view.scene).map_err(|error| malformed(error.to_string()))?;
             scene.validate().map_err(|error| malformed(error.to_string()))?;
@@ -215,6 +231,7 @@ impl PictureBundle {
                 mesh,
                 sampling: view.sampling,
                 is_gain_unknown: view.is_gain_unknown,
+                clip_from,
                 is_held_out: view.is_held_out,
                 picture: view.picture.to_vec(),
                 mask: view.mask.map(<[u8]>::to_vec),
@@ -281,9 +298,19 @@ impl BundledView {
             assets: assets.clone(),
             sampling: self.sampling,
             is_gain_unknown: self.is_gain_unknown,
+            clip_from: self.clip_from,
             is_held_out: self.is_held_out,
         };
         KnownView::read(setting, &self.picture, self.mask.as_deref())
+    }
+}
+
+/// Decodes a whole file after its prefix.
+fn decoded<'a, T: Deserialize<'a>>(body: &'a [u8]) -> Result<T, BundleError> {
+    match postcard::take_from_bytes(body) {
+        Ok((read, [])) => Ok(read),
+        Ok((_, rest)) => Err(BundleError::Malformed(format!("{} bytes too many", rest.len()))),
+        Err(error) => Err(BundleError::Malformed(error.to_string())),
     }
 }
 

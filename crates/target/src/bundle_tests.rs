@@ -39,6 +39,7 @@ fn view(light_deg: f64) -> BundledView {
         mesh: Some(mesh),
         sampling: Sampling::Fixed(1),
         is_gain_unknown: false,
+        clip_from: ClipFrom::Auto,
         is_held_out: false,
         picture,
         mask: None,
@@ -93,6 +94,27 @@ fn shown_picture_has_the_exposure_of_its_film() {
         coded.scene.film.exposure = exposure;
         assert_eq!(shown(&coded).rgba, automatic.rgba);
     }
+}
+
+#[test]
+fn clip_from_is_part_of_the_bundle_and_older_bundles_clip_at_255() {
+    let with = |settings: [ClipFrom; 2]| {
+        let mut bundle = bundle();
+        for (view, clip_from) in bundle.views.iter_mut().zip(settings) {
+            view.clip_from = clip_from;
+        }
+        let bytes = bundle.encode().unwrap();
+        let again = PictureBundle::decode(&bytes).unwrap();
+        let found: Vec<ClipFrom> = again.views.iter().map(|view| view.clip_from).collect();
+        assert_eq!((found.as_slice(), again.encode().unwrap()), (&settings[..], bytes.clone()));
+        bytes
+    };
+    let new = with([ClipFrom::Code(250), ClipFrom::Off]);
+    assert!(new.starts_with(b"brood pictures/2\n") && new != with([ClipFrom::Auto; 2]));
+    // Version 1 has no setting.
+    let old = with([ClipFrom::LARGEST; 2]);
+    assert!(old.starts_with(b"brood pictures/1\n"));
+    assert!(old.len() < new.len());
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! Owns the rules for which pixels are usable, and the reasons for the others. Does not depend on
 //! files or on a renderer of results.
 
+mod clip;
 mod film;
 mod pixel;
 mod refusal;
@@ -11,12 +12,15 @@ mod refusal;
 use brood_eval::{LinearPicture, RadianceImage};
 use brood_light::{Light, LightAssets};
 use brood_mesh::Mesh;
-use brood_scene::{PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{
+    ClipFrom, ImageLayout, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
+};
 
 use crate::Samples;
+use clip::{Clip, Clipping};
 use film::FilmInverse;
-use pixel::PixelReading;
 pub use pixel::{PixelCounts, PixelStatus};
+use pixel::{PixelReading, around};
 pub use refusal::ImageTargetError;
 use refusal::{FEWEST, SIDE};
 
@@ -44,6 +48,8 @@ pub struct View<'a> {
     /// True if the brightness is unknown. It is always unknown for pictures with automatic
     /// exposure.
     pub is_gain_unknown: bool,
+    /// Code from which a channel counts as clipped.
+    pub clip_from: ClipFrom,
 }
 
 /// A picture whose pixels are classified.
@@ -56,6 +62,7 @@ pub struct ImageView {
     compared: Vec<bool>,
     statuses: Vec<PixelStatus>,
     is_gain_unknown: bool,
+    clipped_from: [Option<u8>; 3],
     counts: PixelCounts,
 }
 
@@ -80,7 +87,8 @@ impl ImageView {
     ///
     /// # Errors
     /// Returns [`ImageTargetError`] if sizes do not match, a pixel is not finite, the scene's
-    /// lights or tone curve cannot be inverted, or nothing visible is lit.
+    /// lights or tone curve cannot be inverted, nothing visible is lit, or a linear picture has a
+    /// code to clip from.
     pub fn new(view: &View<'_>) -> Result<(Self, Samples), ImageTargetError> {
         let side = check(view)?;
         let exposure = FilmInverse::new(view.picture.is_linear, view.scene.film)?;
@@ -96,38 +104,42 @@ impl ImageView {
         let radiance = |pixel: &[f32; 3]| pixel.map(|value| exposure.radiance(f64::from(value)));
         let target: Vec<[f64; 3]> = view.picture.pixels.iter().map(radiance).collect();
         let in_mask = |pixel: usize| view.mask.is_none_or(|mask| is_white(mask.pixels[pixel]));
-        let compared = (0..target.len()).map(|k| in_mask(k) && !view.picture.clipped[k]).collect();
+        let lit = irradiance(&set, in_mask);
+        let clipping = Clipping::of(view.clip_from, view.picture, &target, &lit)?;
+        let is_free = |k: usize| clipping.pixels[k] == Clip::Free;
+        let compared = (0..target.len()).map(|k| in_mask(k) && is_free(k)).collect();
         let is_gain_unknown = exposure.is_unknown || view.is_gain_unknown;
         let counts = PixelCounts { pixels: target.len() as u64, ..PixelCounts::default() };
-        let mut own = Self { set, target, compared, statuses: Vec::new(), is_gain_unknown, counts };
-        let samples = own.classify(in_mask, &view.picture.clipped);
+        let clipped_from = clipping.from;
+        let statuses = Vec::new();
+        let mut own =
+            Self { set, target, compared, statuses, is_gain_unknown, clipped_from, counts };
+        let samples = own.classify(in_mask, &clipping.pixels);
         Ok((own, samples))
     }
 
-    fn classify(&mut self, in_mask: impl Fn(usize) -> bool, clipped: &[bool]) -> Samples {
+    fn classify(&mut self, in_mask: impl Fn(usize) -> bool, clips: &[Clip]) -> Samples {
         let layout = self.set.image().expect("the set has a picture layout").clone();
-        let mut spans: Vec<Option<PixelSpan>> = vec![None; self.target.len()];
-        for span in layout.spans() {
-            spans[span.pixel as usize] = Some(span);
-        }
+        let spans = spans(&layout);
         let side = layout.width as usize;
         let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
         let mut counts = self.counts;
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
             // Blur over the border of a pixel shows its neighbours.
-            let near_edge = || neighbours(pixel, side).any(|other| layout.coverage[other] < 1.0);
+            let near_edge = || around(pixel, side, 1).any(|other| layout.coverage[other] < 1.0);
             let reading = match span {
                 _ if !in_mask(pixel) => PixelReading::Unusable(PixelStatus::Masked),
                 _ if coverage == 0.0 => PixelReading::Unusable(PixelStatus::Background),
                 _ if coverage < 1.0 || near_edge() => PixelReading::Unusable(PixelStatus::Edge),
-                Some(span) if clipped[pixel] => match self.lit(span) {
+                _ if clips[pixel] == Clip::Beside => PixelReading::Unusable(PixelStatus::Clipped),
+                Some(span) if clips[pixel] == Clip::Bound => match self.lit(span) {
                     PixelReading::Sample(pair, value) => PixelReading::LowerBound(pair, value),
                     PixelReading::LowerBound(..) | PixelReading::Unusable(_) => {
                         PixelReading::Unusable(PixelStatus::Clipped)
                     }
                 },
-                None if clipped[pixel] => PixelReading::Unusable(PixelStatus::Clipped),
+                None if clips[pixel] == Clip::Bound => PixelReading::Unusable(PixelStatus::Clipped),
                 None => PixelReading::Unusable(PixelStatus::Unlit),
                 Some(span) => self.lit(span),
             };
@@ -185,6 +197,13 @@ impl ImageView {
     #[must_use]
     pub fn counts(&self) -> PixelCounts {
         self.counts
+    }
+
+    /// Code from which red, green and blue are clipped; `None` for a channel that is not. 255 is
+    /// the value 1 in pictures of linear light.
+    #[must_use]
+    pub fn clipped_from(&self) -> [Option<u8>; 3] {
+        self.clipped_from
     }
 
     /// Samples of all pixels, on which a material is evaluated to render this view.
@@ -252,11 +271,25 @@ impl ImageView {
     }
 }
 
-/// Indices of the pixel and its up to eight neighbours.
-fn neighbours(pixel: usize, side: usize) -> impl Iterator<Item = usize> {
-    let (row, column) = (pixel / side, pixel % side);
-    let around = move |at: usize| at.saturating_sub(1)..(at + 2).min(side);
-    around(row).flat_map(move |row| around(column).map(move |column| row * side + column))
+/// Samples of each pixel; `None` without any.
+fn spans(layout: &ImageLayout) -> Vec<Option<PixelSpan>> {
+    let mut spans = vec![None; layout.coverage.len()];
+    for span in layout.spans() {
+        spans[span.pixel as usize] = Some(span);
+    }
+    spans
+}
+
+/// Irradiance at the centre of each pixel that is in the mask, wholly covered and lit.
+fn irradiance(set: &SampleSet, in_mask: impl Fn(usize) -> bool) -> Vec<Option<[f32; 3]>> {
+    let layout = set.image().expect("the set has a picture layout");
+    let of = |(pixel, span): (usize, Option<PixelSpan>)| {
+        let is_usable = in_mask(pixel) && layout.coverage[pixel] >= 1.0;
+        let span = span.filter(|span| is_usable && span.centre_end > span.start)?;
+        let at_centre = span.start as usize..span.centre_end as usize;
+        Some(set.irradiance().map(|channel| channel[at_centre.clone()].iter().sum()))
+    };
+    spans(layout).into_iter().enumerate().map(of).collect()
 }
 
 fn is_white(pixel: [f32; 3]) -> bool {

@@ -25,7 +25,8 @@ fn view<'a>(
     picture: &'a LinearPicture,
 ) -> View<'a> {
     let sampling = Sampling::Adaptive;
-    View { mesh, scene, assets, sampling, picture, mask: None, is_gain_unknown: false }
+    let (mask, is_gain_unknown, clip_from) = (None, false, ClipFrom::Auto);
+    View { mesh, scene, assets, sampling, picture, mask, is_gain_unknown, clip_from }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use brood_eval::{Developed, Gain, LinearPicture, LinearPictureError, decode_linear, picture_size};
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{Exposure, Sampling, Scene};
+use brood_scene::{ClipFrom, Exposure, Sampling, Scene};
 
 use crate::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 use crate::{MeasuredTarget, Samples, TargetError};
@@ -30,6 +30,8 @@ pub struct ViewSetup {
     pub sampling: Sampling,
     /// True if its brightness is unknown.
     pub is_gain_unknown: bool,
+    /// Code from which a channel counts as clipped.
+    pub clip_from: ClipFrom,
     /// True if it is held out: not fitted, only compared with the result.
     pub is_held_out: bool,
 }
@@ -93,6 +95,7 @@ impl KnownView {
             picture: &picture,
             mask: mask.as_ref(),
             is_gain_unknown: setting.is_gain_unknown,
+            clip_from: setting.clip_from,
         };
         let (view, samples) = ImageView::new(&view)?;
         let gain = gain(&setting.scene, &picture, &view);

@@ -140,7 +140,7 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
             ("with `views`, each view has this field for itself", false)
         }
         _ => {
-            let words = "only a picture has a scene, samples, gain or views; this kind is measured at directions";
+            let words = "only a picture has a scene, samples, gain, clip_from or views; this kind is measured at directions";
             (words, spec.views.is_some())
         }
     };
@@ -148,6 +148,7 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
         (spec.scene.is_some(), "/scene"),
         (spec.samples.is_some(), "/samples"),
         (spec.gain.is_some(), "/gain"),
+        (spec.clip_from.is_some(), "/clip_from"),
         (said, "/views"),
     ];
     match fields.into_iter().find(|(is_there, _)| *is_there) {

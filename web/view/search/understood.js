@@ -42,6 +42,8 @@ function viewInWords(of) {
   const parts = [`${of.size_px} × ${of.size_px}`, /^[a-z]+$/.test(mesh) ? mesh : "uploaded object", `light at ${amount(light_deg ?? 0)}°`, of.samples === "adaptive" ? "adaptive rays" : `${of.samples} ${of.samples === 1 ? "ray" : "rays"} a pixel`];
   if (of.gain_solved) parts.push("brightness unknown");
   if (of.held_out) parts.push("held out");
+  const clipped = ["red", "green", "blue"].flatMap((name, at) => of.clipped_from?.[at] == null ? [] : [`${name} ${of.clipped_from[at]}`]);
+  if (clipped.length > 0) parts.push(`clipped from code ${clipped.join(", ")}`);
   return parts.join(", ");
 }
 

@@ -12,7 +12,7 @@ use brood_eval::encode_png;
 use brood_genome::Genome;
 use brood_inspect::LinearImage;
 use brood_protocol::PictureFormat;
-use brood_scene::{MeshRef, Sampling, Scene};
+use brood_scene::{ClipFrom, MeshRef, Sampling, Scene};
 use brood_target::{
     KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelStatus,
     ViewSetup,
@@ -53,6 +53,9 @@ struct ViewSpec {
     /// True if the brightness is unknown and a gain is solved for.
     #[serde(default)]
     gain: bool,
+    /// Code from which a channel counts as clipped: "auto", "off" or a number.
+    #[serde(default)]
+    clip_from: ClipFrom,
     /// True if the picture is only compared with the result, not fitted.
     #[serde(default)]
     held_out: bool,
@@ -92,6 +95,7 @@ pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<TargetPictures
         }
         Some("json") => several(args, renderer)?,
         _ if args.mask.is_some() => bail!("--mask needs a picture as target"),
+        _ if args.clip_from != ClipFrom::Auto => bail!("--clip-from needs a picture as target"),
         _ => return Ok(None),
     };
     // Pictures that are fitted come first.
@@ -131,6 +135,7 @@ fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
             assets: renderer.light_assets(),
             sampling: args.frame.samples,
             is_gain_unknown: args.gain,
+            clip_from: args.clip_from,
             is_held_out: false,
         },
     })
@@ -142,6 +147,11 @@ fn several(args: &FitArgs, renderer: &Renderer) -> Result<Vec<Source>> {
     ensure!(
         args.mask.is_none(),
         "--mask is for a single picture; name masks of several pictures in {}",
+        name()
+    );
+    ensure!(
+        args.clip_from == ClipFrom::Auto,
+        "--clip-from is for a single picture; set \"clip_from\" of several pictures in {}",
         name()
     );
     let bytes = output::read_file(&args.target, JSON_BYTES)?;
@@ -183,6 +193,7 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
             assets: light_file::read(&scene, &beside)?,
             sampling: spec.samples,
             is_gain_unknown: spec.gain,
+            clip_from: spec.clip_from,
             is_held_out: spec.held_out,
             scene,
             mesh,
@@ -254,6 +265,8 @@ fn write(
         "rmse_used": error.rmse_used,
         "gain": error.gain,
         "gain_solved": view.is_gain_unknown(),
+        "clip_from": known.setting.clip_from,
+        "clipped_from": view.clipped_from(),
         "exposure_ev": exposure_ev,
         "flip": flip,
         "pixels": view.counts(),
@@ -271,8 +284,9 @@ pub fn text(views: &[Value], counts: PixelCounts) -> String {
         } else {
             String::new()
         };
+        let clipped = clipped_in_words(view);
         text += &format!(
-            "{}{held}: RMSE {:.2e} of linear radiance over the picture, {:.2e} over the pixels used{gain}; FLIP {:.4}\n",
+            "{}{held}: RMSE {:.2e} of linear radiance over the picture, {:.2e} over the pixels used{gain}; FLIP {:.4}{clipped}\n",
             view["picture"].as_str().unwrap_or_default(),
             number("rmse"),
             number("rmse_used"),
@@ -280,4 +294,21 @@ pub fn text(views: &[Value], counts: PixelCounts) -> String {
         );
     }
     text
+}
+
+/// Clipped pixels of a picture, and the codes from which its channels are clipped; empty without
+/// any.
+fn clipped_in_words(view: &Value) -> String {
+    let channels = ["red", "green", "blue"].iter().enumerate();
+    let codes = channels.filter_map(|(channel, name)| {
+        let code = view["clipped_from"][channel].as_u64()?;
+        Some(format!("{name} {code}"))
+    });
+    let codes: Vec<String> = codes.collect();
+    if codes.is_empty() {
+        return String::new();
+    }
+    let (count, setting) = (&view["pixels"]["clipped"], &view["clip_from"]);
+    let how = if setting == "auto" { "found" } else { "set" };
+    format!("; {count} pixels clipped, from code {} ({how})", codes.join(", "))
 }

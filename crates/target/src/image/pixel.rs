@@ -17,7 +17,8 @@ pub struct PixelCounts {
     pub background: u64,
     /// Pixels at the outline of the object or at an inner edge.
     pub edge: u64,
-    /// Pixels at the largest value that the picture can show.
+    /// Pixels at the largest value that the picture can show, and those beside them if noise or
+    /// compression has mixed them.
     pub clipped: u64,
     /// Pixels that no light reaches.
     pub unlit: u64,
@@ -40,7 +41,7 @@ pub enum PixelStatus {
     Background,
     /// At the outline of the object or at an inner edge.
     Edge,
-    /// At the largest value that the picture can show.
+    /// At the largest value that the picture can show, or beside such pixels.
     Clipped,
     /// Reached by no light.
     Unlit,
@@ -58,6 +59,14 @@ pub(super) enum PixelReading {
     /// A lower bound of f.
     LowerBound(DirectionPair, [f64; 3]),
     Unusable(PixelStatus),
+}
+
+/// Indices of the pixel and its neighbours up to `reach` rows and columns away, in a square
+/// picture.
+pub(super) fn around(pixel: usize, side: usize, reach: usize) -> impl Iterator<Item = usize> {
+    let (row, column) = (pixel / side, pixel % side);
+    let near = move |at: usize| at.saturating_sub(reach)..(at + reach + 1).min(side);
+    near(row).flat_map(move |row| near(column).map(move |column| row * side + column))
 }
 
 impl PixelCounts {

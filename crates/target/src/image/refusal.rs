@@ -45,6 +45,11 @@ pub enum ImageTargetError {
         "the scene's tone curve is {0}, which cannot be undone; give the picture as linear EXR, or with the curve none or reinhard"
     )]
     Tone(&'static str),
+    /// A code in a picture that has none.
+    #[error(
+        "`clip_from` is {0}, but a picture of linear light has no codes; use \"auto\" or \"off\""
+    )]
+    ClipFrom(u8),
     /// The camera does not see the mesh.
     #[error("the camera of the scene sees nothing of the mesh")]
     Nothing,

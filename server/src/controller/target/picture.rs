@@ -8,7 +8,7 @@ use std::sync::Arc;
 use brood_light::{AssetRef, Light};
 use brood_mesh::Mesh;
 use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, ViewSpec};
-use brood_scene::{Sampling, Scene};
+use brood_scene::{ClipFrom, Sampling, Scene};
 use brood_target::{
     BundleError, BundledView, ImageTargetError, KnownView, PictureBundle, PicturesError,
     PixelCounts, TargetFileError, TargetKind, ViewError,
@@ -36,6 +36,7 @@ struct RequestedView {
     scene: Option<Value>,
     sampling: Sampling,
     is_gain_unknown: bool,
+    clip_from: ClipFrom,
     is_held_out: bool,
     picture: Bytes,
     mask: Option<Bytes>,
@@ -87,6 +88,7 @@ impl RequestedView {
             mesh,
             sampling: asked.sampling,
             is_gain_unknown: asked.is_gain_unknown,
+            clip_from: asked.clip_from,
             is_held_out: asked.is_held_out,
             picture: asked.picture.to_vec(),
             mask: asked.mask.as_ref().map(|mask| mask.to_vec()),
@@ -103,6 +105,7 @@ fn alone(spec: &TargetSpec, parts: &Parts) -> Result<RequestedView, ApiError> {
         scene: spec.scene.clone(),
         sampling: spec.samples.unwrap_or_default(),
         is_gain_unknown: spec.gain.unwrap_or_default(),
+        clip_from: spec.clip_from.unwrap_or_default(),
         is_held_out: false,
         picture: parts.need("file")?.clone(),
         mask: parts.get("mask").cloned(),
@@ -136,6 +139,7 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<RequestedView>, ApiE
             scene: view.scene.clone(),
             sampling: view.samples.unwrap_or_default(),
             is_gain_unknown: view.gain,
+            clip_from: view.clip_from.unwrap_or_default(),
             is_held_out: view.held_out,
             picture,
             mask,
@@ -239,6 +243,7 @@ fn pointer(error: &ViewError, one: &RequestedView) -> String {
             | ImageTargetError::Few(_) => one.picture_at.clone(),
             ImageTargetError::MaskSize { .. } | ImageTargetError::MaskEmpty => at("/mask"),
             ImageTargetError::Light(_) | ImageTargetError::Unlit => at("/scene/lights"),
+            ImageTargetError::ClipFrom(_) => at("/clip_from"),
             ImageTargetError::Tone(_) => at("/scene/film/tone"),
             ImageTargetError::Nothing => at("/scene/camera"),
         },
@@ -252,6 +257,8 @@ pub fn describe(known: &KnownView) -> TargetView {
         scene: known.setting.scene.clone(),
         samples: known.setting.sampling,
         gain_solved: known.view.is_gain_unknown(),
+        clip_from: known.setting.clip_from,
+        clipped_from: Some(known.view.clipped_from()),
         held_out: known.setting.is_held_out,
         pixels: counted(known.view.counts()),
     }
