@@ -101,12 +101,12 @@ export interface components {
             /**
              * Format: double
              * @description Distance from the centre. Default: frames the bounding sphere at scale 1 with a small
-             *     margin.
+             *     margin, within the shorter side of the picture.
              */
             distance?: number | null;
             /**
              * Format: double
-             * @description Vertical field of view, degrees.
+             * @description Vertical field of view, degrees. The horizontal one follows from the picture's size.
              * @default 30
              */
             fov_y_deg: number | null;
@@ -123,7 +123,7 @@ export interface components {
             eye: number[];
             /**
              * Format: double
-             * @description Vertical field of view, degrees.
+             * @description Vertical field of view, degrees. The horizontal one follows from the picture's size.
              * @default 30
              */
             fov_y_deg: number | null;
@@ -148,7 +148,7 @@ export interface components {
         } | {
             /**
              * Format: double
-             * @description Half the height of the view, in world units.
+             * @description Half the height of the picture, in world units.
              */
             orthographic: number;
         };
@@ -1213,6 +1213,8 @@ export interface components {
             /** @description Number of pairs also evaluated with swapped directions. */
             swapped_pairs: number;
         };
+        /** @description Size of a picture in pixels: the side of a square one, or width and height. */
+        PictureSize: number | number[];
         /** @description Samples per pixel: `adaptive`, or the same number in every pixel. */
         PixelSamples: "adaptive" | number;
         /** @description f with light, eye and normal in one plane, at texture position (1/2, 1/2). */
@@ -1771,11 +1773,8 @@ export interface components {
             samples: components["schemas"]["PixelSamples"];
             /** @description The scene with every field present. */
             scene: components["schemas"]["Scene"];
-            /**
-             * Format: int32
-             * @description Side in pixels.
-             */
-            size_px: number;
+            /** @description Size of the image. */
+            size_px: components["schemas"]["PictureSize"];
         };
         /**
          * @description Tone curve from exposed radiance to display value.
@@ -1959,6 +1958,7 @@ export type PatchIndividual = components['schemas']['PatchIndividual'];
 export type PatchLineage = components['schemas']['PatchLineage'];
 export type Phenomena = components['schemas']['Phenomena'];
 export type Physics = components['schemas']['Physics'];
+export type PictureSize = components['schemas']['PictureSize'];
 export type PixelSamples = components['schemas']['PixelSamples'];
 export type Plane = components['schemas']['Plane'];
 export type PresetAnswer = components['schemas']['PresetAnswer'];

@@ -126,7 +126,8 @@ fn material(
     (name, truth): (&'static str, &Model),
 ) -> Result<Row> {
     let (size_px, assets) = (args.size, LightAssets::default());
-    let raster = Raster { size_px, sampling: args.samples, area: PixelArea::whole(size_px) };
+    let raster =
+        Raster { size_px: size_px.into(), sampling: args.samples, area: PixelArea::whole(size_px) };
     let rendered = picture(truth, &SampleSet::render_with_assets(mesh, scene, &assets, raster));
     let picture_of = LinearPicture::from(&rendered);
     let begun = Instant::now();

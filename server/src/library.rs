@@ -11,7 +11,7 @@ use brood_protocol::{
     Backend, Frame, Lineage, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION,
     SceneId, Subject, decode_stored,
 };
-use brood_scene::{MeshRef, PixelArea, Sampling, Scene};
+use brood_scene::{MeshRef, PictureSize, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::{future, sync};
 
@@ -60,8 +60,8 @@ pub struct Framing {
     pub scene: SceneId,
     /// Light angle in degrees; the scene's if absent.
     pub light_deg: Option<f64>,
-    /// Side in pixels.
-    pub size_px: u32,
+    /// Size of the whole picture.
+    pub size_px: PictureSize,
     /// Samples per pixel.
     pub sampling: Sampling,
     /// Part of the picture to render; all of it if absent.
@@ -74,11 +74,11 @@ pub struct Framing {
 
 impl Framing {
     /// Returns the framing of a whole PNG picture in the scene's light.
-    pub fn png(scene: SceneId, size_px: u32, backend: Backend) -> Self {
+    pub fn png(scene: SceneId, size_px: impl Into<PictureSize>, backend: Backend) -> Self {
         Self {
             scene,
             light_deg: None,
-            size_px,
+            size_px: size_px.into(),
             sampling: Sampling::default(),
             area: None,
             format: PictureFormat::Png,
@@ -95,7 +95,7 @@ impl Framing {
 /// Bits of a [`Framing`], as a hashable key.
 type FrameKey = (SceneId, Option<u64>, Shape, PictureFormat, Backend);
 /// Size, sampling and area.
-type Shape = (u32, Sampling, Option<PixelArea>);
+type Shape = (PictureSize, Sampling, Option<PixelArea>);
 
 /// Decodes a stored genome.
 ///

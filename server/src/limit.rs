@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use crate::problem::ApiError;
+use brood_scene::PictureSize;
+
+use crate::problem::{ApiError, quote};
 
 /// Largest JSON body or genome text in bytes; fits a genome of 1024 instructions.
 pub const JSON_BYTES: usize = 256 << 10;
@@ -114,7 +116,26 @@ pub async fn in_time<T>(work: impl Future<Output = Result<T, ApiError>>) -> Resu
     done.map_err(|_| ApiError::not_yet("retry in a moment"))?
 }
 
-/// Checks a query's `size`, the side of a picture in pixels.
+/// Parses a query's `size`: the side of a picture in pixels, or width and height as in `640x360`.
+///
+/// # Errors
+/// 400 if a side is not between [`PICTURE_MIN_PX`] and `most_px`.
+pub fn size(text: &str, most_px: u32) -> Result<PictureSize, ApiError> {
+    let sides = PICTURE_MIN_PX..=most_px;
+    let known = text
+        .parse()
+        .ok()
+        .filter(|size: &PictureSize| sides.contains(&size.width) && sides.contains(&size.height));
+    known.ok_or_else(|| {
+        let words = format!(
+            "must be {PICTURE_MIN_PX} to {most_px} pixels, or width and height such as 640x360, got {}",
+            quote(text)
+        );
+        ApiError::bad_parameter("size", words)
+    })
+}
+
+/// Checks a query's `size`, the side of a square picture in pixels.
 ///
 /// # Errors
 /// 400 if it is not between [`PICTURE_MIN_PX`] and `most_px`.

@@ -117,17 +117,64 @@ async fn backup_is_complete_when_made_while_the_server_breeds() {
     assert_eq!(picture, server.get(&url).await.expect(200).body);
 }
 
+/// At equal height, field of view and exposure the middle of a wider picture is the square picture.
+#[tokio::test(flavor = "multi_thread")]
+async fn wide_and_tall_pictures_have_the_pixels_of_the_square_one() {
+    let server = TestServer::start();
+    let scene = json!({"mesh": "knob", "camera": {"orbit_deg": [40, 25], "distance": 5}, "film": {"exposure": -1}});
+    let stored = server.post("/v1/scenes", &scene).await.expect(201).json();
+    let body = json!({"name": "shape", "scene": stored["id"], "saturation": 1.0});
+    let lineage = TestLineage::with(&server, body).await;
+    let child = lineage.random_child(8).await;
+    let folder = TempDir::new().unwrap();
+    let here = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    std::fs::write(here("scene.json"), scene.to_string()).unwrap();
+    let individual = server.get(&format!("/v1/individuals/{child}")).await.expect(200).json();
+    let path = format!("/v1/genomes/{}", text_of(&individual["hash"]));
+    let request = server.request(reqwest::Method::GET, &path).header("accept", "text/x-brood");
+    std::fs::write(here("a.brood"), server.send(request).await.expect(200).body).unwrap();
+    let rendered = |size: &str, name: &str, more: &[&str]| {
+        let (genome, scene, out) = (here("a.brood"), here("scene.json"), here(name));
+        let how = ["--samples", "1", "--backend", "cpu", "--scene", &scene, "--size", size];
+        brood([&["render", genome.as_str(), "-o", &out], &how[..], more].concat()).success();
+        image::open(out).unwrap()
+    };
+    let [square, wide, tall] =
+        ["64", "96x64", "32x64"].map(|size| rendered(size, "a.png", &[]).to_rgba8());
+    assert_eq!((wide.dimensions(), tall.dimensions()), ((96, 64), (32, 64)));
+    let crop = |picture: &image::RgbaImage, x: u32, width: u32| {
+        image::imageops::crop_imm(picture, x, 0, width, 64).to_image()
+    };
+    assert_eq!(crop(&wide, 16, 64), square);
+    assert_eq!(crop(&square, 16, 32), tall);
+    let part = rendered("96x64", "b.png", &["--area", "70,3,26,50"]).to_rgba8();
+    assert_eq!(part, image::imageops::crop_imm(&wide, 70, 3, 26, 50).to_image());
+    // Linear pictures have the same shape.
+    let [square, linear] = [("64", "a.exr"), ("96x64", "b.exr")]
+        .map(|(size, name)| rendered(size, name, &[]).to_rgba32f());
+    assert_eq!(linear.dimensions(), (96, 64));
+    assert_eq!(image::imageops::crop_imm(&linear, 16, 0, 64, 64).to_image(), square);
+    // The server renders the same bits.
+    let path = |query: &str| format!("/v1/individuals/{child}/render.png?samples=1&size={query}");
+    assert_eq!(server.get(&path("96x64")).await.expect(200).picture(), wide);
+    assert_eq!(server.get(&path("32x64")).await.expect(200).picture(), tall);
+}
+
 #[test]
 fn command_fails_with_one_line_and_its_exit_code() {
     let folder = TempDir::new().unwrap();
     let bad = folder.path().join("bad.brood");
     std::fs::write(&bad, "brood 1\n.dialect paper smooth registers 7\nMAX R0, R1, R2\n").unwrap();
     let bad = bad.to_string_lossy();
-    let rows: [(i32, &[&str]); 5] = [
+    let rows: [(i32, &[&str]); 9] = [
         (1, &["inspect", &bad]),
         (1, &["inspect", "nothing-here.brood"]),
         (1, &["render", &bad, "--size", "16", "-o", "never.png"]),
         (2, &["render"]),
+        (2, &["render", &bad, "--size", "0x16", "-o", "never.png"]),
+        (2, &["render", &bad, "--size", "16x4097", "-o", "never.png"]),
+        (2, &["render", &bad, "--size", "16,16", "-o", "never.png"]),
+        (1, &["breed", "--size", "32x16", "-o", "never.png"]),
         (2, &["frobnicate"]),
     ];
     for (code, arguments) in rows {

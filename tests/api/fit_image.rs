@@ -8,6 +8,11 @@ use tempfile::TempDir;
 
 /// Renders a model; returns the scene and the picture.
 fn rendered(folder: &Path, model: &str, picture: &str) -> (String, String) {
+    rendered_in(folder, model, picture, "48")
+}
+
+/// Renders a model in a size; returns the scene and the picture.
+fn rendered_in(folder: &Path, model: &str, picture: &str, size: &str) -> (String, String) {
     let scene = folder.join("scene.json");
     let text = r#"{"camera": {"orthographic": 1.05}, "lights": [{"kind": "directional", "direction": [-1, -1, -1.5]}], "film": {"exposure": -1}}"#;
     std::fs::write(&scene, text).unwrap();
@@ -16,7 +21,7 @@ fn rendered(folder: &Path, model: &str, picture: &str) -> (String, String) {
     let picture = folder.join(picture);
     let words = [&scene, &material, &picture].map(|path| path.to_str().unwrap().to_owned());
     let [scene, material, picture] = words;
-    let how = ["--scene", scene.as_str(), "--size", "48", "-o", picture.as_str()];
+    let how = ["--scene", scene.as_str(), "--size", size, "-o", picture.as_str()];
     brood([&["render", material.as_str()][..], &how[..]].concat()).success();
     (scene, picture)
 }
@@ -61,6 +66,28 @@ fn material_is_recovered_from_a_picture_of_a_known_scene() {
     let report = fit(&picture, &[&analytic[..], &["--exposure", "auto"]].concat());
     assert_eq!(report["views"][0]["gain_solved"], true);
     assert!(report["image_rmse"].as_f64().unwrap() < 0.01, "{report}");
+}
+
+#[test]
+fn material_is_recovered_from_wide_and_tall_pictures() {
+    let folder = TempDir::new().unwrap();
+    let out = folder.path().join("out");
+    for (size, width, height) in [("72x48", 72, 48), ("40x60", 40, 60)] {
+        let (scene, picture) = rendered_in(folder.path(), PAINT, "picture.exr", size);
+        let how = ["fit", picture.as_str(), "--scene", scene.as_str(), "--json"];
+        let search = ["--strategy", "analytic", "--models", "cook-torrance,lambert"];
+        let end = ["--generations", "1", "-o", out.to_str().unwrap()];
+        let finished = brood([&how[..], &search, &end].concat()).success();
+        let report: Value = serde_json::from_str(&finished.stdout).unwrap();
+        assert!(report["image_rmse"].as_f64().unwrap() < 1e-3, "{report}");
+        assert_eq!(report["target"]["pixels"]["pixels"], width * height);
+        let best = std::fs::read_to_string(out.join("best.brood")).unwrap();
+        assert!(best.contains(".model cook-torrance"), "{best}");
+        for name in ["target", "best", "difference", "pixels"] {
+            let picture = image::open(out.join(format!("{name}.png"))).unwrap();
+            assert_eq!((picture.width(), picture.height()), (width, height), "{size} {name}");
+        }
+    }
 }
 
 #[test]

@@ -118,6 +118,14 @@ async fn render_has_the_requested_size_and_light() {
     assert_eq!(adaptive, small);
     assert!(rims(&server.get(&path("?size=48&samples=4")).await.expect(200).picture()));
     assert!(!rims(&server.get(&path("?size=48&samples=1")).await.expect(200).picture()));
+    let tall = server.get(&path("?size=30x50")).await.expect(200).picture();
+    assert_eq!(tall.dimensions(), (30, 50));
+    let square = server.get(&path("?size=48x48")).await.expect(200);
+    assert_eq!(square.header("etag"), server.get(&path("?size=48")).await.header("etag"));
+    for size in ["15x64", "64x15", "2049x64", "64x2049", "64x", "x64", "64,64", "64x64x64", ""] {
+        let problem = server.get(&path(&format!("?size={size}"))).await.problem(400);
+        assert!(text_of(&problem["detail"]).contains("such as 640x360"), "{problem}");
+    }
     for query in ["samples=0", "samples=65", "samples=many", "samples="] {
         server.get(&path(&format!("?{query}"))).await.problem(400);
     }
@@ -141,11 +149,41 @@ async fn area_has_the_pixels_of_the_whole_picture() {
             server.get(&path(&format!("{query}&area=20,5,30,17"))).await.expect(200).picture();
         assert_eq!(part, image::imageops::crop_imm(&whole, 20, 5, 30, 17).to_image(), "{samples}");
     }
+    let wide = |query: &str| format!("/v1/individuals/{child}/render.png?size=70x40{query}");
+    let whole = server.get(&wide("")).await.expect(200).picture();
+    assert_eq!(whole.dimensions(), (70, 40));
+    let part = server.get(&wide("&area=45,5,25,35")).await.expect(200).picture();
+    assert_eq!(part, image::imageops::crop_imm(&whole, 45, 5, 25, 35).to_image());
+    server.get(&wide("&area=0,0,40,41")).await.problem(400);
+    let linear = format!("/v1/individuals/{child}/render.exr?size=70x40&area=45,5,25,35");
+    let linear = server.get(&linear).await.expect(200).body;
+    let linear = image::load_from_memory(&linear).unwrap();
+    assert_eq!((linear.width(), linear.height()), (25, 35));
     let all = server.get(&path("&area=0,0,64,64")).await.expect(200);
     let plain = server.get(&path("")).await.expect(200);
     assert_eq!(all.header("etag"), plain.header("etag"), "the whole area is the picture itself");
     for area in ["", "1,2,3", "0,0,0,4", "40,0,25,4", "0,0,4294967295,2", "a,b,c,d", "-1,0,2,2"] {
         server.get(&path(&format!("&area={area}"))).await.problem(400);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn picture_of_any_shape_is_rendered_again_from_its_key() {
+    let mut server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let child = ids(&lineage.random(5).await)[2].clone();
+    let mut known = Vec::new();
+    for size in ["40", "70x40", "40x70"] {
+        let path = format!("/v1/individuals/{child}/render.png?size={size}");
+        let picture = server.get(&path).await.expect(200);
+        let key = picture.header("etag").trim_matches('"').to_owned();
+        known.push((format!("/v1/thumbnails/{key}.png"), picture.body));
+    }
+    assert_eq!(server.terminate(), 0);
+    std::fs::remove_dir_all(server.data().join("cache")).unwrap();
+    server.restart();
+    for (path, body) in known {
+        assert_eq!(server.get(&path).await.expect(200).body, body, "{path}");
     }
 }
 

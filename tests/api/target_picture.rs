@@ -62,6 +62,11 @@ fn scene(mesh: &str, direction: [f64; 3]) -> Value {
 
 /// Renders a plastic ball in this scene; returns the individual's id and its linear picture.
 async fn photographed(server: &TestServer, scene: &Value) -> (String, Vec<u8>) {
+    photographed_in(server, scene, &SIDE.to_string()).await
+}
+
+/// As [`photographed`], in another size.
+async fn photographed_in(server: &TestServer, scene: &Value, size: &str) -> (String, Vec<u8>) {
     let stored = server.post("/v1/scenes", scene).await.expect(201).json();
     let body =
         json!({"name": "studio", "scene": stored["id"], "thumbnail_px": 32, "energy_limit": false});
@@ -69,7 +74,7 @@ async fn photographed(server: &TestServer, scene: &Value) -> (String, Vec<u8>) {
     let presets = json!({"presets": ["model-plastic"]});
     let made = server.post(&lineage.path("/adoptions"), &presets).await.expect(201).json();
     let individual = ids(&made)[0].clone();
-    let path = format!("/v1/individuals/{individual}/render.exr?size={SIDE}&samples=1");
+    let path = format!("/v1/individuals/{individual}/render.exr?size={size}&samples=1");
     (individual, server.get(&path).await.expect(200).body)
 }
 
@@ -85,10 +90,14 @@ fn encoded(side: (u32, u32), pixel: impl Fn(u32, u32) -> [f32; 3]) -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Returns a mask whose left half is white.
+/// Returns a square mask whose left half is white.
 fn left_half(side: u32) -> Vec<u8> {
-    let picture = image::GrayImage::from_fn(side, side, |x, _| {
-        image::Luma([if x < side / 2 { 255 } else { 0 }])
+    left_half_of(side, side)
+}
+
+fn left_half_of(width: u32, height: u32) -> Vec<u8> {
+    let picture = image::GrayImage::from_fn(width, height, |x, _| {
+        image::Luma([if x < width / 2 { 255 } else { 0 }])
     });
     let mut bytes = Cursor::new(Vec::new());
     picture.write_to(&mut bytes, image::ImageFormat::Png).unwrap();
@@ -122,7 +131,10 @@ async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
     assert_eq!((&view["size_px"], &view["samples"]), (&json!(SIDE), &json!(1)));
     assert_eq!((&view["gain_solved"], &view["held_out"]), (&json!(false), &json!(false)));
     assert_eq!((&view["scene"]["mesh"], &view["scene"]["scale"]), (&json!(mesh), &json!(1.0)));
-    assert_eq!((&view["clip_from"], &view["clipped_from"]), (&json!("auto"), &json!([null, null, null])));
+    assert_eq!(
+        (&view["clip_from"], &view["clipped_from"]),
+        (&json!("auto"), &json!([null, null, null]))
+    );
     let count = |name: &str| view["pixels"][name].as_u64().unwrap();
     assert!(count("used") > 800 && count("edge") > 50 && count("unlit") > 50, "{view}");
     assert_eq!(target["samples"], view["pixels"]["used"]);
@@ -193,6 +205,63 @@ async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
     server.delete(&place).await.expect(204);
     server.get(&format!("{place}/views/0/picture.png")).await.problem(404);
     server.get(&over).await.problem(404);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn wide_and_tall_pictures_are_targets() {
+    let mut server = TestServer::start();
+    let scene = scene("sphere", [-1.0, -1.0, -1.5]);
+    for (width, height) in [(96, 64), (48, 72)] {
+        let size = format!("{width}x{height}");
+        let (individual, picture) = photographed_in(&server, &scene, &size).await;
+        let spec = json!({
+            "kind": "image",
+            "views": [{"picture": "a", "scene": scene, "samples": 1, "mask": "m"}],
+        });
+        let turned = left_half_of(height, width);
+        let parts: [(&str, &[u8]); 2] = [("a", &picture), ("m", &turned)];
+        let problem = server.post_parts(&spec, &parts).await.problem(422);
+        assert_eq!(problem["pointer"], "/views/0/mask", "{problem}");
+        let both = format!("{height} x {width} pixels and the picture {width} x {height}");
+        assert!(text_of(&problem["detail"]).contains(&both), "{problem}");
+        let mask = left_half_of(width, height);
+        let parts: [(&str, &[u8]); 2] = [("a", &picture), ("m", &mask)];
+        let target = server.post_parts(&spec, &parts).await.expect(201).json();
+        let view = &target["views"][0];
+        assert_eq!(view["size_px"], json!([width, height]));
+        assert_eq!(view["pixels"]["masked"], width * height / 2);
+
+        // All pictures have the size of the target.
+        let place = format!("/v1/targets/{}", text_of(&target["id"]));
+        let mut shown = Vec::new();
+        for what in ["picture", "scene", "pixels", "mask"] {
+            let path = format!("{place}/views/0/{what}.png");
+            let picture = server.get(&path).await.expect(200).picture();
+            assert_eq!(picture.dimensions(), (width, height), "{what}");
+            shown.push(picture);
+        }
+        let mask = &shown[3];
+        assert!(mask.enumerate_pixels().all(|(x, _, p)| (p.0[0] == 255) == (x < width / 2)));
+        let id = text_of(&target["id"]);
+        let over = format!("/v1/individuals/{individual}/render.png?target={id}");
+        let over_it = server.get(&over).await.expect(200).picture();
+        assert_eq!(over_it.dimensions(), (width, height));
+        for (over, shown) in over_it.pixels().zip(shown[0].pixels()) {
+            let is_same = over.0[..3].iter().zip(&shown.0).all(|(a, b)| a.abs_diff(*b) <= 1);
+            assert!(over.0[3] < 255 || is_same, "{over:?} {shown:?}");
+        }
+        let large = server.get(&format!("{over}&size=120x80")).await.expect(200).picture();
+        assert_eq!(large.dimensions(), (120, 80));
+
+        let job = searched(&server, &target).await;
+        let found = &job["best"]["views"][0];
+        assert!(found["rmse"].as_f64().unwrap() < 0.02, "{found}");
+        assert_eq!(server.terminate(), 0);
+        server.restart();
+        assert_eq!(server.get(&place).await.expect(200).json(), target);
+        let again = server.get(&format!("{place}/views/0/picture.png")).await.expect(200);
+        assert_eq!(again.picture(), shown[0]);
+    }
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -287,7 +356,7 @@ async fn picture_that_does_not_fit_its_scene_is_refused_with_a_reason() {
     let strange = changed("colour", json!("red"));
     let far = changed("scale", json!(-1));
     let rows: [Row<'_>; 15] = [
-        ("wide", 422, "/file", "64 x 32 pixels", encoded((64, 32), |_, _| [0.2; 3]), &lit),
+        ("thin", 422, "/file", "64 x 7 pixels is too", encoded((64, 7), |_, _| [0.2; 3]), &lit),
         ("small", 422, "/file", "4 x 4 pixels is too small", grey(4), &lit),
         ("few", 422, "/file", "pixels can be used and 100 are needed: of 64 pixels", grey(8), &lit),
         ("NaN", 422, "/file", "the pixel 3, 4 is not a finite number", nan, &lit),

@@ -9,7 +9,7 @@ use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
-use brood_scene::{Film, MeshRef, SampleSet, Sampling, Scene};
+use brood_scene::{Film, MeshRef, PictureSize, SampleSet, Sampling, Scene};
 use moka::sync::Cache;
 
 use crate::render_counters::RenderCounters;
@@ -105,7 +105,7 @@ impl<'a> SceneView<'a> {
     /// on the material.
     pub(crate) fn render_pixels(
         &self,
-        (size_px, samples): (u32, u16),
+        (size_px, samples): (PictureSize, u16),
         pixels: &[(u32, u32)],
     ) -> SampleSet {
         let (scene, mesh, assets) = (self.scene, self.mesh, self.assets);
@@ -121,7 +121,9 @@ impl<'a> SceneView<'a> {
         };
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.key.as_bytes());
-        for number in [size_px, samples, area.x, area.y, area.width, area.height] {
+        let whole = [size_px.width, size_px.height];
+        let part = [area.x, area.y, area.width, area.height];
+        for number in whole.into_iter().chain([samples]).chain(part) {
             hasher.update(&number.to_le_bytes());
         }
         hasher.finalize()
@@ -249,7 +251,7 @@ mod tests {
         let none = LoadedAssets::new(LightAssets::default());
         let scene = Scene::default();
         let whole = PixelArea::whole(16);
-        let frame = Raster { size_px: 16, sampling: Sampling::Adaptive, area: whole };
+        let frame = Raster { size_px: 16.into(), sampling: Sampling::Adaptive, area: whole };
         let first = caches.sample_set(&SceneView::new(&scene, &mesh, &none), frame);
         let mut other = scene.clone();
         other.film.exposure = Exposure::Ev(2.0);

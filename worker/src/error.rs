@@ -4,7 +4,7 @@ use brood_eval::EvalError;
 use brood_light::FieldError;
 use brood_program::WordsError;
 use brood_protocol::WireError;
-use brood_scene::PixelArea;
+use brood_scene::{PictureSize, PixelArea};
 
 /// Error of rendering.
 #[derive(Debug, thiserror::Error)]
@@ -16,8 +16,16 @@ pub enum RenderError {
     #[error("invalid scene: {0}")]
     Scene(#[from] FieldError),
     /// The frame's area is empty or exceeds the picture.
-    #[error("the area must be within the picture of {1} x {1} pixels, got {0}")]
-    Area(PixelArea, u32),
+    #[error(
+        "the area must be within the picture of {} x {} pixels, got {area}",
+        size_px.width, size_px.height
+    )]
+    Area {
+        /// Area of the frame.
+        area: PixelArea,
+        /// Size of the picture.
+        size_px: PictureSize,
+    },
     /// The packed words are not a valid program.
     #[error("cannot decode the program: {0}")]
     Words(#[from] WordsError),

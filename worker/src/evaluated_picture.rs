@@ -9,7 +9,7 @@ use brood_eval::{
 };
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, RenderStats};
-use brood_scene::{PixelArea, SampleSet};
+use brood_scene::{PictureSize, PixelArea, SampleSet};
 
 use crate::cache::{Caches, Raster, SceneView};
 use crate::error::RenderError;
@@ -37,12 +37,12 @@ pub(crate) struct Refiner<'a> {
 
 /// Fine samples of the tiles of one view, looked up once for all programs of a batch.
 pub(crate) struct FineTiles {
-    size_px: u32,
+    size_px: PictureSize,
     sets: Vec<OnceLock<Arc<SampleSet>>>,
 }
 
 impl FineTiles {
-    pub(crate) fn new(size_px: u32) -> Self {
+    pub(crate) fn new(size_px: PictureSize) -> Self {
         let sets = (0..rough_tile_count(size_px)).map(|_| OnceLock::new()).collect();
         Self { size_px, sets }
     }

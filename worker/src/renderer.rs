@@ -212,7 +212,7 @@ impl Renderer {
         let whole = PixelArea::whole(size_px);
         let area = frame.area.unwrap_or(whole);
         if !area.is_within(size_px) {
-            return Err(RenderError::Area(area, size_px));
+            return Err(RenderError::Area { area, size_px });
         }
         let assets = self.loaded_assets();
         let view = SceneView::new(&scene, mesh, &assets);
@@ -298,7 +298,7 @@ impl Renderer {
 mod tests {
     use brood_genome::{BirthKey, Dialect, Variation};
     use brood_protocol::{MeshSource, PictureFormat};
-    use brood_scene::Scene;
+    use brood_scene::{PictureSize, Scene};
 
     use super::*;
 
@@ -360,7 +360,34 @@ mod tests {
         let beyond = "30,0,11,1".parse().ok();
         let frame = frame(PictureFormat::Png, Backend::Cpu).with_area(beyond);
         let refused = renderer.render(&frame, &mesh, &programs);
-        assert!(matches!(refused, Err(RenderError::Area(..))), "{refused:?}");
+        assert!(matches!(refused, Err(RenderError::Area { .. })), "{refused:?}");
+    }
+
+    #[test]
+    fn area_of_a_wide_or_tall_picture_equals_its_crop() {
+        // Stripes, so that pixels in all tiles are rough.
+        let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
+        let genome: brood_genome::Genome = text.parse().unwrap();
+        let program = Program::lower(&genome);
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Sphere);
+        let camera = serde_json::from_str(r#"{"camera": {"distance": 2.5}}"#);
+        for scene in [Scene::default(), camera.unwrap()] {
+            for (size, area) in [("75x40", "20,5,40,30"), ("40x75", "5,20,30,40")] {
+                let size: PictureSize = size.parse().unwrap();
+                let area: PixelArea = area.parse().unwrap();
+                let how = (PictureFormat::Png, Backend::Cpu);
+                let frame = Frame::new(&scene, MeshSource::Builtin, size, Sampling::Adaptive, how);
+                let develop = |renderer: &Renderer, frame: &Frame| {
+                    renderer.develop(frame, &mesh, &[&program]).unwrap().remove(0)
+                };
+                let whole = develop(&renderer, &frame);
+                assert_eq!((whole.width, whole.height), (size.width, size.height));
+                let part = frame.with_area(Some(area));
+                let fresh = Renderer::new(Backend::Cpu);
+                assert_eq!(develop(&fresh, &part), whole.crop(area), "{size}");
+            }
+        }
     }
 
     #[test]

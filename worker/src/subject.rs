@@ -11,7 +11,7 @@ use brood_program::Program;
 use brood_protocol::{
     Aspect, Frame, MeshSource, PictureFormat, PictureKey, RenderedPicture, Subject, TargetSource,
 };
-use brood_scene::{Exposure, MeshRef, PixelArea, Raster, SampleSet};
+use brood_scene::{Exposure, MeshRef, PictureSize, PixelArea, Raster, SampleSet};
 use brood_target::{KnownView, PixelStatus};
 
 use crate::cache::{LoadedMesh, SceneView};
@@ -163,7 +163,7 @@ impl Renderer {
         }
         // The gain that minimises the difference between the two.
         let output = (PictureFormat::Exr, frame.backend);
-        let (setting, size_px) = (&known.setting, known.side());
+        let (setting, size_px) = (&known.setting, known.size_px());
         let own = Frame::new(&setting.scene, MeshSource::Target, size_px, setting.sampling, output);
         let radiance =
             self.images(&own.exposed(ev)?, mesh, &[program], |_, picture| picture.radiance())?;
@@ -189,7 +189,7 @@ fn draw_view(known: &KnownView, aspect: Aspect) -> Result<EncodedPicture, Render
             [r, g, b, u8::MAX]
         };
         let rgba: Vec<u8> = known.view.statuses().iter().flat_map(opaque).collect();
-        let (width, height) = (known.side(), known.side());
+        let PictureSize { width, height } = known.size_px();
         EncodedPicture::png(&Developed { width, height, rgba, exposure_ev: 0.0 })
     };
     Ok(match aspect {

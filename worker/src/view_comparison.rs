@@ -2,6 +2,7 @@
 //! with their differences.
 
 use brood_inspect::{LinearImage, Shade, Shot};
+use brood_scene::PictureSize;
 use brood_target::{ImageError, KnownView};
 
 /// Image of a target and the rendered material in the same scene.
@@ -24,12 +25,12 @@ impl ViewComparison {
     /// Renders a material in the scene of an image and compares the two.
     #[must_use]
     pub fn of(known: &KnownView, material: &(impl Shade + ?Sized)) -> Self {
-        let (view, side) = (&known.view, known.side());
+        let (view, PictureSize { width, height }) = (&known.view, known.size_px());
         let taken = shot(known).take_on(view.set(), material);
         let error = view.compare(&taken.radiance);
         let exposure_ev = taken.developed.exposure_ev;
         let gain_ev = if error.gain > 0.0 { libm::log2(error.gain) } else { 0.0 };
-        let wanted = LinearImage::new(side, side, view.target().to_vec());
+        let wanted = LinearImage::new(width, height, view.target().to_vec());
         let wanted = wanted.exposed(exposure_ev - gain_ev);
         let found = taken.linear(exposure_ev);
         let flip = wanted.flip(&found);
@@ -44,7 +45,7 @@ pub(crate) fn shot(known: &KnownView) -> Shot<'_> {
         mesh: &setting.mesh,
         scene: &setting.scene,
         assets: &setting.assets,
-        size_px: known.side(),
+        size_px: known.size_px(),
         sampling: setting.sampling,
     }
 }

@@ -92,7 +92,7 @@ impl Studio {
 
     fn take(&self, scene: &Scene, material: &(impl Shade + ?Sized)) -> Picture {
         let (mesh, assets, sampling) = (&self.mesh, &self.assets, Sampling::default());
-        Shot { mesh, scene, assets, size_px: SIZE_PX, sampling }.take(material)
+        Shot { mesh, scene, assets, size_px: SIZE_PX.into(), sampling }.take(material)
     }
 }
 

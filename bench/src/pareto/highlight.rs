@@ -53,8 +53,13 @@ pub fn measure(short: bool, data: Option<&Path>) -> Result<Finding> {
     let mut table = ResultTable::default();
     let mut series = Vec::new();
     for (object, mesh) in &objects {
-        let shot =
-            Shot { mesh, scene: &scene, assets: &assets, size_px, sampling: Sampling::Adaptive };
+        let shot = Shot {
+            mesh,
+            scene: &scene,
+            assets: &assets,
+            size_px: size_px.into(),
+            sampling: Sampling::Adaptive,
+        };
         let fine = SampleSet::render(mesh, &scene, size_px, Sampling::Fixed(rays));
         let (set_ms, set) = fastest_ms(repeats, || Ok(shot.set()))?;
         let mut points = Vec::new();

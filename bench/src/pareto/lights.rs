@@ -122,7 +122,8 @@ fn sweep(
         let json = format!(r#"{{"lights": [{light}, "samples": {samples}}}]}}"#);
         let scene: Scene = serde_json::from_str(&json)?;
         let area = PixelArea::whole(workload.size_px);
-        let raster = Raster { size_px: workload.size_px, sampling: Sampling::Fixed(1), area };
+        let raster =
+            Raster { size_px: workload.size_px.into(), sampling: Sampling::Fixed(1), area };
         let set = SampleSet::render_with_assets(&mesh, &scene, assets, raster);
         let image = shade_brdf(&set, brdf);
         Ok(image.premultiplied().as_flattened().iter().map(|c| f64::from(*c)).collect())

@@ -9,6 +9,7 @@ use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, expres
 use brood_genome::{Dialect, DialectConstraints, Genome, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::{BreedOptions, Curation, PictureFormat, Seed};
+use brood_scene::PictureSize;
 use brood_worker::Renderer;
 use clap::{Args, ValueEnum};
 use serde_json::json;
@@ -114,6 +115,7 @@ fn amount(text: &str) -> Result<f32, String> {
 /// Runs the command.
 pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     logging::start_offline();
+    let side_px = args.side_px()?;
     let parents: Vec<Genome> =
         args.parents.iter().map(|path| genome_file::read(path)).collect::<Result<_>>()?;
     let options = args.options();
@@ -131,7 +133,7 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     let children = express_brood(children);
     output::make_dir(&args.output)?;
     let renderer = Renderer::new(args.frame.backend);
-    let sheet = sheet(args, &renderer, &children, parents.first())?;
+    let sheet = sheet((args, side_px), &renderer, &children, parents.first())?;
     for child in &children {
         let path = args.output.join(file_name(child.slot));
         output::write_file(&path, child.genome.to_string().as_bytes())?;
@@ -141,6 +143,17 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
 }
 
 impl BreedArgs {
+    /// Returns the side of a cell of the sheet.
+    fn side_px(&self) -> Result<u32> {
+        let PictureSize { width, height } = self.frame.size;
+        ensure!(
+            width == height,
+            "--size must be one side such as 256: the pictures of a sheet are square, got {}",
+            self.frame.size
+        );
+        Ok(width)
+    }
+
     fn options(&self) -> BreedOptions {
         BreedOptions {
             mutation: self.mutation,
@@ -201,7 +214,7 @@ fn variation<'a>(
 
 /// Sheet of the children around the first parent, or around the first child for a random start.
 fn sheet(
-    args: &BreedArgs,
+    (args, side_px): (&BreedArgs, u32),
     renderer: &Renderer,
     children: &[Child],
     centre: Option<&Genome>,
@@ -213,7 +226,7 @@ fn sheet(
     let centre = if children.len() == RING {
         let program = centre.map_or_else(|| children[0].program.clone(), express);
         let mut large = frame.clone();
-        large.size_px = centre_px(frame.size_px, GAP_PX);
+        large.size_px = centre_px(side_px, GAP_PX).into();
         renderer.develop(&large, &mesh, &[&program])?.pop()
     } else {
         None
@@ -221,7 +234,7 @@ fn sheet(
     spinner.finish_and_clear();
     let cells: Vec<SheetCell<'_>> = pictures.iter().map(cell).collect();
     let centre = centre.as_ref().map(cell);
-    let (width, height, rgba) = brood_eval::sheet(&cells, centre, args.frame.size, GAP_PX);
+    let (width, height, rgba) = brood_eval::sheet(&cells, centre, side_px, GAP_PX);
     Ok(brood_eval::encode_png(width, height, &rgba))
 }
 

@@ -9,12 +9,14 @@ use brood_bench::output::read_file;
 use brood_light::Light;
 use brood_mesh::{BuiltinMesh, ObjLimits, parse_obj};
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-use brood_scene::{Exposure, MeshRef, Sampling, Scene, Tone};
+use brood_scene::{Exposure, MeshRef, PictureSize, Sampling, Scene, Tone};
 use brood_worker::{LoadedMesh, Renderer};
 use clap::Args;
 
 use crate::light_file;
 
+/// Largest side of a picture in pixels.
+const SIDE_MAX_PX: u32 = 4096;
 const SCENE_LIMIT_BYTES: u64 = 256 << 10;
 /// Largest fixed number of samples per pixel.
 const PIXEL_SAMPLES_MAX: u32 = 1024;
@@ -26,9 +28,9 @@ const OBJ_LIMIT_BYTES: u64 = 32 << 20;
 /// Options shared by the commands that render.
 #[derive(Debug, Args)]
 pub struct FrameArgs {
-    /// Side of a picture in pixels
-    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=4096))]
-    pub size: u32,
+    /// Size of a picture in pixels, each side 1 to 4096: a side, or width and height as in 640x360
+    #[arg(long, value_name = "N|WxH", default_value = "256", value_parser = size)]
+    pub size: PictureSize,
     /// Samples per pixel: adaptive, or 1 to 1024 in every pixel
     #[arg(long, value_name = "adaptive|N", default_value = "adaptive", value_parser = sampling)]
     pub samples: Sampling,
@@ -62,6 +64,13 @@ pub struct Position(pub [f64; 3]);
 /// Exposure given as `auto` or a number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExposureWord(pub Exposure);
+
+fn size(text: &str) -> Result<PictureSize, String> {
+    let known = text.parse().ok().filter(|size: &PictureSize| size.longer() <= SIDE_MAX_PX);
+    known.ok_or_else(|| {
+        format!("must be a side such as 512, or width and height such as 640x360, each 1 to {SIDE_MAX_PX}")
+    })
+}
 
 fn sampling(text: &str) -> Result<Sampling, String> {
     let known =
@@ -134,9 +143,9 @@ impl FrameArgs {
 
     /// Returns an error if the picture could need more memory than machines have.
     fn check_memory(&self, scene: &Scene) -> Result<()> {
-        let pixels = u64::from(self.size) * u64::from(self.size);
-        let samples =
-            pixels * u64::from(self.samples.min_rays()) * u64::from(scene.light_samples());
+        let samples = self.size.pixels()
+            * u64::from(self.samples.min_rays())
+            * u64::from(scene.light_samples());
         ensure!(
             samples <= PICTURE_SAMPLES_MAX,
             "this picture may need {samples} samples, at most {PICTURE_SAMPLES_MAX} are possible: reduce --size, --samples or \
@@ -190,6 +199,15 @@ mod tests {
         assert_eq!("1, 2.5,-3".parse(), Ok(Position([1.0, 2.5, -3.0])));
         for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf", "nan,0,0"] {
             assert!(text.parse::<Position>().is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn size_is_a_side_or_width_and_height() {
+        assert_eq!(size("4096"), Ok(4096.into()));
+        assert_eq!(size("640x1"), Ok(PictureSize { width: 640, height: 1 }));
+        for text in ["0", "4097", "640x0", "1x4097", "640x", "640,360", "1x2x3", ""] {
+            assert!(size(text).is_err(), "{text}");
         }
     }
 

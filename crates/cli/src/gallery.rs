@@ -92,7 +92,8 @@ fn render(exhibit: &Exhibit) -> Result<Developed> {
     };
     let mesh = Mesh::builtin(name);
     let (scene, assets) = (&exhibit.scene, &exhibit.assets);
-    let shot = Shot { mesh: &mesh, scene, assets, size_px: SIZE_PX, sampling: Sampling::default() };
+    let (size_px, sampling) = (SIZE_PX.into(), Sampling::default());
+    let shot = Shot { mesh: &mesh, scene, assets, size_px, sampling };
     Ok(shot.take(&Surface(express(&exhibit.genome))).developed)
 }
 

@@ -10,7 +10,7 @@ use brood_brdf::{Brdf, Swapped};
 use brood_eval::{encode_exr, encode_png, express};
 use brood_inspect::Shot;
 use brood_protocol::{Backend, PictureFormat};
-use brood_scene::PixelArea;
+use brood_scene::{PictureSize, PixelArea};
 use brood_worker::Renderer;
 use clap::Args;
 use serde_json::json;
@@ -63,7 +63,8 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
     let renderer = Renderer::new(args.frame.backend);
     let (frame, mesh) = args.frame.load(&renderer, format)?;
     if let Some(area) = args.area.filter(|area| !area.is_within(args.frame.size)) {
-        bail!("--area {area} must lie within the picture of {0} x {0} pixels", args.frame.size);
+        let PictureSize { width, height } = args.frame.size;
+        bail!("--area {area} must lie within the picture of {width} x {height} pixels");
     }
     let frame = frame.with_area(args.area);
     let spinner = output::spinner("rendering");

@@ -254,7 +254,8 @@ mod tests {
             let json = format!(r#"{{"lights": [{{"kind": {light}, "samples": 1024}}]}}"#);
             let scene: Scene = serde_json::from_str(&json).unwrap();
             let (size_px, sampling) = (12, Sampling::Fixed(1));
-            let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
+            let raster =
+                Raster { size_px: size_px.into(), sampling, area: PixelArea::whole(size_px) };
             let mesh = Mesh::builtin(BuiltinMesh::Sphere);
             let set = SampleSet::render_with_assets(&mesh, &scene, &assets, raster);
             let image = shade_brdf(&set, &*brdf);

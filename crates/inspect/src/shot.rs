@@ -11,7 +11,7 @@ use brood_eval::{
 };
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
 
 use crate::{LinearImage, Specimen};
 
@@ -46,8 +46,8 @@ pub struct Shot<'a> {
     pub scene: &'a Scene,
     /// Profiles and environments of the lights.
     pub assets: &'a LightAssets,
-    /// Side in pixels.
-    pub size_px: u32,
+    /// Size of the picture.
+    pub size_px: PictureSize,
     /// Samples per pixel.
     pub sampling: Sampling,
 }

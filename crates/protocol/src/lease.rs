@@ -4,7 +4,7 @@
 //! brood would cost milliseconds.
 
 use brood_program::Program;
-use brood_scene::{Exposure, PixelArea, Sampling, Scene};
+use brood_scene::{Exposure, PictureSize, PixelArea, Sampling, Scene};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::{
@@ -14,13 +14,13 @@ use crate::{
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version.
-const MAGIC: &[u8; 8] = b"brood/6\n";
+const MAGIC: &[u8; 8] = b"brood/7\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/6")]
+    #[error("the message must begin with the protocol version brood/7")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
@@ -129,8 +129,8 @@ pub struct Frame {
     scene_json: String,
     /// Source of the mesh.
     pub mesh: MeshSource,
-    /// Side of the picture in pixels.
-    pub size_px: u32,
+    /// Size of the whole picture.
+    pub size_px: PictureSize,
     /// Samples per pixel.
     pub sampling: Sampling,
     /// Area to render; `None` for the whole picture.
@@ -147,12 +147,12 @@ impl Frame {
     pub fn new(
         scene: &Scene,
         mesh: MeshSource,
-        size_px: u32,
+        size_px: impl Into<PictureSize>,
         sampling: impl Into<Sampling>,
         (format, backend): (PictureFormat, Backend),
     ) -> Self {
         let scene_json = serde_json::to_string(scene).expect("a scene is finite numbers and words");
-        let sampling = sampling.into();
+        let (size_px, sampling) = (size_px.into(), sampling.into());
         Self { scene_json, mesh, size_px, sampling, area: None, format, backend }
     }
 
@@ -334,6 +334,32 @@ mod tests {
             ticket,
             outcome: RenderOutcome::Pictures(vec![picture.clone(), picture], work),
         }
+    }
+
+    #[test]
+    fn identity_of_a_square_frame_depends_on_its_side_alone() {
+        let scene = Scene::default();
+        let how = (PictureFormat::Png, Backend::Auto);
+        let frame = |size_px: PictureSize| {
+            Frame::new(&scene, MeshSource::Builtin, size_px, Sampling::Adaptive, how)
+        };
+        for side in [16_u32, 256, 2048] {
+            let shape = (side, Sampling::Adaptive, None::<PixelArea>);
+            let json = serde_json::to_string(&scene).unwrap();
+            let class = Backend::Auto.exactness_class();
+            let parts = (json, MeshSource::Builtin, shape, PictureFormat::Png, class);
+            let alone = blake3::hash(&postcard::to_stdvec(&parts).unwrap());
+            assert_eq!(frame(side.into()).identity(), alone, "{side}");
+        }
+        let sizes = [(64, 32), (32, 64), (64, 64)];
+        let identities = sizes.map(|(width, height)| {
+            let frame = frame(PictureSize { width, height });
+            assert_eq!(decode::<Frame>(&encode(&frame)).unwrap(), frame);
+            let whole = PixelArea { x: 0, y: 0, width, height };
+            assert_eq!(frame.clone().with_area(Some(whole)), frame);
+            frame.identity()
+        });
+        assert!(identities[0] != identities[1] && !identities[..2].contains(&identities[2]));
     }
 
     #[test]

@@ -42,7 +42,7 @@ mod system;
 mod target;
 
 /// Sampling and area of a picture, re-exported for crates that do not depend on scenes.
-pub use brood_scene::{PixelArea, Sampling};
+pub use brood_scene::{PictureSize, PixelArea, Sampling};
 
 pub use breed::{Adopt, AmountError, Breed, BreedOptions, Curation, ParentRef, ParentRefError};
 /// Overrides of a dialect, re-exported because [`BreedOptions`] has them.

@@ -1,6 +1,6 @@
 //! Requests and responses for search targets.
 
-use brood_scene::{ClipFrom, Sampling, Scene};
+use brood_scene::{ClipFrom, PictureSize, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::TargetId;
@@ -135,8 +135,8 @@ pub struct LargestAlbedo {
 /// Image of a target, as the server has interpreted it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct TargetView {
-    /// Side in pixels.
-    pub size_px: u32,
+    /// Size of the image.
+    pub size_px: PictureSize,
     /// The scene with every field present.
     pub scene: Scene,
     /// Sampling of the pixels: `adaptive` or a number of samples.

@@ -26,6 +26,6 @@ pub use description::{
     OrbitCamera, OrthographicCamera, Scene, Tone,
 };
 pub use sample_set::{
-    ImageLayout, PixelArea, PixelAreaError, PixelRun, PixelSpan, Raster, SampleCounts, SampleSet,
-    Sampling, SamplingError,
+    ImageLayout, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun, PixelSpan,
+    Raster, SampleCounts, SampleSet, Sampling, SamplingError,
 };

@@ -18,6 +18,9 @@ mod sampling;
 mod select;
 mod set;
 #[cfg(test)]
+mod shape_tests;
+mod size;
+#[cfg(test)]
 mod tests;
 mod values;
 mod view;
@@ -25,3 +28,4 @@ mod view;
 pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
 pub use sampling::{PixelArea, PixelAreaError, Raster, Sampling, SamplingError};
 pub use set::SampleSet;
+pub use size::{PictureSize, PictureSizeError};

@@ -5,7 +5,7 @@ use brood_eval::{Level, LinearPicture, RadianceImage, decode_srgb, encode_srgb, 
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{ClipFrom, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{ClipFrom, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
 use brood_target::{ImageView, MeasuredTarget, Samples, Strategy, View, metric};
 
 use crate::analytic::{Form, Recovery};
@@ -18,7 +18,17 @@ fn scene(json: &str) -> Scene {
 }
 
 fn rendered(model: &Model, mesh: &Mesh, scene: &Scene, sampling: Sampling) -> RadianceImage {
-    let raster = Raster { size_px: SIDE_PX, sampling, area: PixelArea::whole(SIDE_PX) };
+    rendered_in(SIDE_PX.into(), model, mesh, scene, sampling)
+}
+
+fn rendered_in(
+    size_px: PictureSize,
+    model: &Model,
+    mesh: &Mesh,
+    scene: &Scene,
+    sampling: Sampling,
+) -> RadianceImage {
+    let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
     let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
     shade_brdf(&set, &*model.brdf())
 }
@@ -47,6 +57,24 @@ fn model_is_recovered_from_a_picture() {
         let found = recovery.run(3, 0).model;
         let error = view.compare(&rendered(&found, &mesh, &scene, Sampling::Adaptive));
         assert!(error.rmse < 1e-3, "{} {error:?}", Level::best().name());
+    }
+}
+
+#[test]
+fn model_is_recovered_from_wide_and_tall_pictures() {
+    let model = Model::new(ModelKind::CookTorrance).with("diffuse", &[0.2, 0.1, 0.05]).unwrap();
+    let model = model.with("roughness", &[0.35]).unwrap();
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
+    let scene = scene(r#"{"lights": [{"kind": "directional"}], "light_deg": 20}"#);
+    for (width, height) in [(80, 40), (40, 64)] {
+        let size_px = PictureSize { width, height };
+        let rendered =
+            |model: &Model| rendered_in(size_px, model, &mesh, &scene, Sampling::Adaptive);
+        let picture = LinearPicture::from(&rendered(&model));
+        let (view, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
+        let found = Recovery::new(&samples, Form::of(&model), 1e-7).run(3, 0).model;
+        let error = view.compare(&rendered(&found));
+        assert!(error.rmse < 1e-3, "{size_px} {} {error:?}", Level::best().name());
     }
 }
 

@@ -4,7 +4,9 @@
 use std::collections::HashSet;
 
 use brood_genome::GenomeHash;
-use brood_protocol::{Backend, PictureFormat, PictureKey, PixelArea, Sampling, SceneId};
+use brood_protocol::{
+    Backend, PictureFormat, PictureKey, PictureSize, PixelArea, Sampling, SceneId,
+};
 use sqlx::SqliteConnection;
 
 use crate::Store;
@@ -24,8 +26,8 @@ record! {
         pub scene: SceneId = "scene_id",
         /// Position of the scene's lights on the light orbit, in degrees.
         pub light_deg: f64,
-        /// Side in pixels.
-        pub size_px: u32,
+        /// Size of the whole picture.
+        pub size_px: PictureSize = "size_px || ifnull('x' || height_px, '')",
         /// Samples per pixel.
         pub sampling: Sampling = "CASE WHEN NOT adaptive THEN samples END",
         /// Area of the picture; `None` for the whole.
@@ -40,6 +42,7 @@ record! {
 }
 
 columns! {
+    String => PictureSize: |text| text.parse().ok();
     Vec<u8> => PictureKey: |bytes| bytes.try_into().ok().map(Self);
     Option<i64> => Sampling: |samples| match samples {
         Some(samples) => Self::fixed(samples.try_into().ok()?).ok(),
@@ -84,14 +87,16 @@ impl Store {
 
 /// Inserts keys. Existing keys are unchanged.
 pub(crate) async fn insert(conn: &mut SqliteConnection, pictures: &[NewPicture]) -> Result<()> {
-    let head = "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, samples, adaptive, area, format,
+    let head = "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, height_px, samples, adaptive, area, format,
      backend, renderer_version) ";
     insert_rows(conn, (head, " ON CONFLICT (key) DO NOTHING"), pictures, |row, picture| {
+        let PictureSize { width, height } = picture.size_px;
         row.push_bind(picture.key.key())
             .push_bind(picture.genome_hash.key())
             .push_bind(picture.scene.key())
             .push_bind(picture.light_deg)
-            .push_bind(picture.size_px)
+            .push_bind(width)
+            .push_bind(Some(height).filter(|height| *height != width))
             .push_bind(picture.sampling.min_rays())
             .push_bind(picture.sampling == Sampling::Adaptive)
             .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))

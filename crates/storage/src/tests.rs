@@ -146,7 +146,7 @@ fn picture(name: &str, genome_name: &str, scene: SceneId) -> NewPicture {
         genome_hash: genome(genome_name),
         scene,
         light_deg: 22.5,
-        size_px: 256,
+        size_px: 256.into(),
         sampling: Sampling::Adaptive,
         area: "1,2,3,4".parse().ok(),
         format: PictureFormat::Png,

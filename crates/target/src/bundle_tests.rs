@@ -16,7 +16,7 @@ const UPLOADED: &str = "01890000-0000-7000-8000-000000000000";
 /// A picture of a diffuse material, as EXR.
 fn picture(scene: &Scene, mesh: &Mesh) -> Vec<u8> {
     let area = PixelArea::whole(SIDE_PX);
-    let raster = Raster { size_px: SIDE_PX, sampling: Sampling::Fixed(1), area };
+    let raster = Raster { size_px: SIDE_PX.into(), sampling: Sampling::Fixed(1), area };
     let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
     encode_exr(&shade_brdf(&set, &*Model::new(ModelKind::Lambert).brdf())).unwrap()
 }
@@ -71,7 +71,7 @@ fn bundle_round_trips_and_is_a_complete_target() {
     assert_eq!(target.fitted.len() + target.held.len(), used);
     let f = target.fitted.values()[0];
     assert!(f.iter().all(|f| (f - target.fitted.largest()).abs() < 1e-3), "{f:?}");
-    assert_eq!((first.side(), first.shown().rgba.len()), (SIDE_PX, 4 * 40 * 40));
+    assert_eq!((first.size_px(), first.shown().rgba.len()), (SIDE_PX.into(), 4 * 40 * 40));
 }
 
 #[test]

@@ -13,7 +13,7 @@ use brood_eval::{LinearPicture, RadianceImage};
 use brood_light::{Light, LightAssets};
 use brood_mesh::Mesh;
 use brood_scene::{
-    ClipFrom, ImageLayout, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
+    ClipFrom, ImageLayout, PictureSize, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
 };
 
 use crate::Samples;
@@ -90,10 +90,9 @@ impl ImageView {
     /// lights or tone curve cannot be inverted, nothing visible is lit, or a linear picture has a
     /// code to clip from.
     pub fn new(view: &View<'_>) -> Result<(Self, Samples), ImageTargetError> {
-        let side = check(view)?;
+        let size_px = check(view)?;
         let exposure = FilmInverse::new(view.picture.is_linear, view.scene.film)?;
-        let raster =
-            Raster { size_px: side, sampling: view.sampling, area: PixelArea::whole(side) };
+        let raster = Raster { size_px, sampling: view.sampling, area: PixelArea::whole(size_px) };
         let set = SampleSet::render_with_assets(view.mesh, view.scene, view.assets, raster);
         if set.counts().covered == 0 {
             return Err(ImageTargetError::Nothing);
@@ -121,13 +120,13 @@ impl ImageView {
     fn classify(&mut self, in_mask: impl Fn(usize) -> bool, clips: &[Clip]) -> Samples {
         let layout = self.set.image().expect("the set has a picture layout").clone();
         let spans = spans(&layout);
-        let side = layout.width as usize;
+        let size = (layout.width as usize, layout.height as usize);
         let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
         let mut counts = self.counts;
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
             // Blur over the border of a pixel shows its neighbours.
-            let near_edge = || around(pixel, side, 1).any(|other| layout.coverage[other] < 1.0);
+            let near_edge = || around(pixel, size, 1).any(|other| layout.coverage[other] < 1.0);
             let reading = match span {
                 _ if !in_mask(pixel) => PixelReading::Unusable(PixelStatus::Masked),
                 _ if coverage == 0.0 => PixelReading::Unusable(PixelStatus::Background),
@@ -236,9 +235,10 @@ impl ImageView {
     /// If it has another size.
     #[must_use]
     pub fn compare(&self, found: &RadianceImage) -> ImageError {
+        let layout = self.set.image().expect("the set has a picture layout");
         assert_eq!(
-            found.premultiplied().len(),
-            self.target.len(),
+            (found.width(), found.height()),
+            (layout.width, layout.height),
             "both pictures have the same size"
         );
         let pixel = |k: usize| (self.target[k], found.premultiplied()[k].map(f64::from));
@@ -296,20 +296,17 @@ fn is_white(pixel: [f32; 3]) -> bool {
     pixel.iter().all(|value| *value > 0.2)
 }
 
-/// Checks everything that needs no rays; returns the side of the picture.
-fn check(view: &View<'_>) -> Result<u32, ImageTargetError> {
-    let LinearPicture { width, height, pixels, .. } = view.picture;
-    let side = *width;
-    if width != height {
-        return Err(ImageTargetError::NotSquare(*width, *height));
-    }
-    if side < SIDE {
-        return Err(ImageTargetError::Small(side));
+/// Checks everything that needs no rays; returns the size of the picture.
+fn check(view: &View<'_>) -> Result<PictureSize, ImageTargetError> {
+    let LinearPicture { width, height, ref pixels, .. } = *view.picture;
+    let size_px = PictureSize { width, height };
+    if size_px.shorter() < SIDE {
+        return Err(ImageTargetError::Small(width, height));
     }
     if let Some(mask) = view.mask {
-        let (mask_width, mask_height) = (mask.width, mask.height);
-        if (mask_width, mask_height) != (side, side) {
-            return Err(ImageTargetError::MaskSize { mask_width, mask_height, side });
+        let mask_px = PictureSize { width: mask.width, height: mask.height };
+        if mask_px != size_px {
+            return Err(ImageTargetError::MaskSize { mask_px, size_px });
         }
         if !mask.pixels.iter().any(|pixel| is_white(*pixel)) {
             return Err(ImageTargetError::MaskEmpty);
@@ -317,14 +314,14 @@ fn check(view: &View<'_>) -> Result<u32, ImageTargetError> {
     }
     if let Some(at) = pixels.iter().position(|pixel| pixel.iter().any(|value| !value.is_finite())) {
         let at = u32::try_from(at).expect("pictures have fewer pixels");
-        return Err(ImageTargetError::NotFinite(at % side, at / side));
+        return Err(ImageTargetError::NotFinite(at % width, at / width));
     }
     let is_soft = |light: &&Light| {
         !matches!(light, Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Ies(_))
     };
     match view.scene.lights.iter().find(is_soft) {
         Some(light) => Err(ImageTargetError::Light(light.kind())),
-        None => Ok(side),
+        None => Ok(size_px),
     }
 }
 

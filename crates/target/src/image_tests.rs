@@ -13,7 +13,17 @@ fn scene(json: &str) -> Scene {
 }
 
 fn rendered(model: &Model, mesh: &Mesh, scene: &Scene, sampling: Sampling) -> RadianceImage {
-    let raster = Raster { size_px: SIDE_PX, sampling, area: PixelArea::whole(SIDE_PX) };
+    rendered_in(SIDE_PX.into(), model, mesh, scene, sampling)
+}
+
+fn rendered_in(
+    size_px: PictureSize,
+    model: &Model,
+    mesh: &Mesh,
+    scene: &Scene,
+    sampling: Sampling,
+) -> RadianceImage {
+    let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
     let set = SampleSet::render_with_assets(mesh, scene, &LightAssets::default(), raster);
     shade_brdf(&set, &*model.brdf())
 }
@@ -52,6 +62,29 @@ fn pixels_give_the_reflectance_of_the_rendered_model() {
         }
         assert_eq!(view.compare(&image), ImageError { rmse: 0.0, rmse_used: 0.0, gain: 1.0 });
     }
+}
+
+#[test]
+fn pixels_of_wide_and_tall_pictures_are_those_of_the_square_one() {
+    let model = Model::new(ModelKind::Lambert);
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Knob), LightAssets::default());
+    // From this distance the object lies within the middle of every size.
+    let scene = scene(r#"{"camera": {"distance": 8, "fov_y_deg": 30}}"#);
+    let counts = |width, height| {
+        let size_px = PictureSize { width, height };
+        let image = rendered_in(size_px, &model, &mesh, &scene, Sampling::Adaptive);
+        let picture = LinearPicture::from(&image);
+        let (view, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
+        let lambert = 0.5 / std::f64::consts::PI;
+        assert!(samples.values().iter().all(|f| (f[0] - lambert).abs() < 0.02 * lambert));
+        assert_eq!(view.statuses().len() as u64, size_px.pixels());
+        assert_eq!(view.compare(&image).rmse, 0.0);
+        (view.counts().used, view.counts().edge)
+    };
+    let square = counts(64, 64);
+    assert!(square.0 > 200, "{square:?}");
+    assert_eq!(counts(96, 64), square);
+    assert_eq!(counts(48, 64), square);
 }
 
 #[test]
@@ -105,7 +138,11 @@ fn unusable_pictures_are_rejected() {
     let said =
         |scene: &Scene, picture: &LinearPicture, mask| refused(scene, picture, mask).unwrap();
     assert!(said(&plain, &flat(1, 1, 0.5), None).contains("1 x 1 pixels is too small"));
-    assert!(said(&plain, &flat(48, 32, 0.5), None).contains("must be square"));
+    assert!(said(&plain, &flat(48, 7, 0.5), None).contains("48 x 7 pixels is too small"));
+    assert_eq!(
+        said(&plain, &flat(48, 32, 0.5), Some(flat(32, 48, 1.0))),
+        "the mask has 32 x 48 pixels and the picture 48 x 32; both must be equal"
+    );
     let mut broken = good.clone();
     broken.pixels[50][1] = f32::NAN;
     assert_eq!(said(&plain, &broken, None), "the pixel 2, 1 is not a finite number");

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use brood_eval::{Developed, Gain, LinearPicture, LinearPictureError, decode_linear, picture_size};
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{ClipFrom, Exposure, Sampling, Scene};
+use brood_scene::{ClipFrom, Exposure, PictureSize, Sampling, Scene};
 
 use crate::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 use crate::{MeasuredTarget, Samples, TargetError};
@@ -102,20 +102,20 @@ impl KnownView {
         Ok((Self { setting, view, gain, is_masked: mask.is_some() }, samples))
     }
 
-    /// Side in pixels.
+    /// Size of the picture.
     #[must_use]
-    pub fn side(&self) -> u32 {
-        self.view.set().image().expect("the set has a picture layout").width
+    pub fn size_px(&self) -> PictureSize {
+        self.view.set().image().expect("the set has a picture layout").size_px
     }
 
     /// The picture as displayed by the scene's film.
     #[must_use]
     pub fn shown(&self) -> Developed {
-        let side = self.side();
+        let PictureSize { width, height } = self.size_px();
         let pixels = self.view.target();
         let rgba = vec![u8::MAX; 4 * pixels.len()];
         let exposure_ev = self.gain.ev;
-        let mut shown = Developed { width: side, height: side, rgba, exposure_ev };
+        let mut shown = Developed { width, height, rgba, exposure_ev };
         for (pixel, radiance) in pixels.iter().enumerate() {
             #[expect(clippy::cast_possible_truncation, reason = "what is shown has 8 bits")]
             shown.put(pixel, radiance.map(|channel| channel as f32), self.gain);

@@ -1,7 +1,7 @@
 //! Query parameters that pictures have in common.
 
 use brood_protocol::PictureFormat;
-use brood_scene::Sampling;
+use brood_scene::{PictureSize, Sampling};
 
 use crate::limit;
 use crate::problem::{ApiError, quote};
@@ -9,12 +9,12 @@ use crate::problem::{ApiError, quote};
 /// Default side of a picture in pixels.
 pub const SIZE: u32 = 256;
 
-/// Returns the side of a picture in pixels; 256 by default.
+/// Returns the size of a picture; 256 x 256 pixels by default.
 ///
 /// # Errors
-/// 400 if it is out of range.
-pub fn size(asked: Option<u32>) -> Result<u32, ApiError> {
-    limit::side(asked.unwrap_or(SIZE), limit::PICTURE_PX)
+/// 400 if it is not a size or out of range.
+pub fn size(asked: Option<&str>) -> Result<PictureSize, ApiError> {
+    asked.map_or(Ok(SIZE.into()), |text| limit::size(text, limit::PICTURE_PX))
 }
 
 /// Checks a light angle.

@@ -5,7 +5,7 @@ mod matched;
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{Backend, IndividualId, PictureFormat, SceneId, TargetId};
-use brood_scene::PixelArea;
+use brood_scene::{PictureSize, PixelArea};
 use http::HeaderMap;
 use serde::Deserialize;
 
@@ -22,9 +22,10 @@ use crate::state::App;
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct RenderQuery {
-    /// Side in pixels, 16 to 2048; default 256.
-    #[param(minimum = 16, maximum = 2048)]
-    size: Option<u32>,
+    /// Size in pixels: the side of a square picture, or width and height as in `640x360`; each side
+    /// 16 to 2048, default 256.
+    #[param(pattern = "^[0-9]+(x[0-9]+)?$")]
+    size: Option<String>,
     /// Scene to render; default: the lineage's scene.
     scene: Option<SceneId>,
     /// Light angle on the scene's light circle, in degrees.
@@ -77,7 +78,7 @@ async fn render(
     headers: &HeaderMap,
     format: PictureFormat,
 ) -> Result<Response, ApiError> {
-    let size_px = size(query.size)?;
+    let size_px = size(query.size.as_deref())?;
     let sampling = sampling(query.samples.as_deref())?;
     let area = area(query.area.as_deref(), size_px)?;
     check_light(query.light_deg)?;
@@ -89,7 +90,7 @@ async fn render(
         let matched = MatchedRender {
             target,
             view: query.view,
-            size_px: query.size,
+            size_px: query.size.is_some().then_some(size_px),
             scene: query.scene,
             light_deg: query.light_deg,
             sampling: query.samples.is_some().then_some(sampling),
@@ -127,12 +128,14 @@ async fn render(
     head.made(headers, make).await
 }
 
-fn area(text: Option<&str>, size_px: u32) -> Result<Option<PixelArea>, ApiError> {
+fn area(text: Option<&str>, size_px: PictureSize) -> Result<Option<PixelArea>, ApiError> {
     let Some(text) = text else { return Ok(None) };
     let known = text.parse().ok().filter(|area: &PixelArea| area.is_within(size_px));
     let known = known.ok_or_else(|| {
         let words = format!(
-            "must be x,y,width,height within the picture's {size_px} pixels, got {}",
+            "must be x,y,width,height within the picture's {} x {} pixels, got {}",
+            size_px.width,
+            size_px.height,
             quote(text)
         );
         ApiError::bad_parameter("area", words)

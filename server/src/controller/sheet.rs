@@ -92,7 +92,7 @@ async fn compose(
     }
     let count = u32::try_from(individuals.len()).expect("a sheet has few cells");
     let columns = if centre.is_some() { RING } else { count.isqrt() + 1 };
-    let largest = lineages.iter().map(|(_, view)| view.size_px).max().unwrap_or(1);
+    let largest = lineages.iter().map(|(_, view)| view.size_px.longer()).max().unwrap_or(1);
     let cell_px = largest.min(limit::SHEET_PX / columns.max(1));
     let gap_px = (cell_px / 32).max(1);
 
@@ -101,7 +101,10 @@ async fn compose(
         let (_, view) = lineages.iter().find(|(id, _)| *id == one.lineage).expect("read above");
         let is_centre = rows.len() == individuals.len();
         let size_px = match is_centre {
-            true => centre_px(cell_px, gap_px).clamp(limit::PICTURE_MIN_PX, limit::PICTURE_PX),
+            true => {
+                let side = centre_px(cell_px, gap_px);
+                side.clamp(limit::PICTURE_MIN_PX, limit::PICTURE_PX).into()
+            }
             false => view.size_px,
         };
         rows.push(row(app, one, Framing { size_px, ..*view }).await?);

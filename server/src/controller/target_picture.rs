@@ -7,7 +7,7 @@ use brood_protocol::{
     Aspect, Backend, Frame, MeshSource, PictureFormat, SceneId, Subject, Target, TargetId,
     TargetSource, TargetView,
 };
-use brood_scene::{EV_MAX, Sampling, Scene};
+use brood_scene::{EV_MAX, PictureSize, Sampling, Scene};
 use http::HeaderMap;
 use serde::Deserialize;
 
@@ -120,7 +120,7 @@ pub fn source(target: &Target, view: Option<u32>) -> Result<TargetSource, ApiErr
 /// Returns the frame of a target's picture, in this size, sampling and format.
 pub fn view_frame(
     view: &TargetView,
-    size_px: u32,
+    size_px: PictureSize,
     sampling: Sampling,
     format: PictureFormat,
 ) -> Frame {
@@ -147,9 +147,10 @@ pub fn view(target: &Target, n: u32) -> Result<&TargetView, ApiError> {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct TargetRenderQuery {
-    /// Side in pixels, 16 to 2048; default 256. Measured targets only.
-    #[param(minimum = 16, maximum = 2048)]
-    size: Option<u32>,
+    /// Size in pixels: the side of a square picture, or width and height as in `640x360`; each side
+    /// 16 to 2048, default 256. Measured targets only.
+    #[param(pattern = "^[0-9]+(x[0-9]+)?$")]
+    size: Option<String>,
     /// Scene to render; default: the default scene. Measured targets only.
     scene: Option<SceneId>,
     /// Light angle on the scene's light circle, in degrees. Measured targets only.
@@ -173,10 +174,10 @@ pub async fn render(
     Query(query): Query<TargetRenderQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let size_px = size(query.size)?;
+    let size_px = size(query.size.as_deref())?;
     let sampling = sampling(query.samples.as_deref())?;
     check_light(query.light_deg)?;
-    check_rays(u64::from(size_px).pow(2), sampling)?;
+    check_rays(size_px.pixels(), sampling)?;
     if query.exposure_ev.is_some_and(|ev| !(-EV_MAX..=EV_MAX).contains(&ev)) {
         let words = format!("must be a number from -{EV_MAX} to {EV_MAX}");
         return Err(ApiError::bad_parameter("exposure_ev", words));

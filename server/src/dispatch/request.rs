@@ -7,7 +7,7 @@ use brood_protocol::{
     Backend, Frame, JobId, PackedProgram, PictureFormat, PictureKey, RenderItem, RenderJob,
     SceneId, Subject,
 };
-use brood_scene::{PixelArea, Sampling};
+use brood_scene::{PictureSize, PixelArea, Sampling};
 use brood_storage::{NewJob, Queue, StoredPicture};
 
 use crate::clock::now_ms;
@@ -24,7 +24,7 @@ const JOB_RAYS: u64 = 4 << 20;
 pub struct FrameId {
     scene: SceneId,
     light_bits: u64,
-    size_px: u32,
+    size_px: PictureSize,
     sampling: Sampling,
     area: Option<PixelArea>,
     format: PictureFormat,

@@ -12,7 +12,7 @@ use brood_eval::encode_png;
 use brood_genome::Genome;
 use brood_inspect::LinearImage;
 use brood_protocol::PictureFormat;
-use brood_scene::{ClipFrom, MeshRef, Sampling, Scene};
+use brood_scene::{ClipFrom, MeshRef, PictureSize, Sampling, Scene};
 use brood_target::{
     KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelStatus,
     ViewSetup,
@@ -244,9 +244,9 @@ fn write(
 ) -> Result<Value> {
     let ViewComparison { wanted, found, error, flip, exposure_ev } =
         ViewComparison::of(known, best);
-    let (view, side) = (&known.view, known.side());
+    let (view, PictureSize { width, height }) = (&known.view, known.size_px());
     let used = |status: &PixelStatus| [f64::from(u8::from(*status == PixelStatus::Used)); 3];
-    let used = LinearImage::new(side, side, view.statuses().iter().map(used).collect());
+    let used = LinearImage::new(width, height, view.statuses().iter().map(used).collect());
     let pictures = [
         ("target", &wanted),
         ("best", &found),
@@ -255,7 +255,7 @@ fn write(
     ];
     for (what, picture) in pictures {
         let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
-        let png = encode_png(side, side, &picture.encoded_rgba());
+        let png = encode_png(width, height, &picture.encoded_rgba());
         output::write_file(&folder.join(format!("{what}{number}.png")), &png)?;
     }
     Ok(json!({

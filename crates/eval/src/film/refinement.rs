@@ -229,7 +229,7 @@ mod tests {
             (&set, &f),
             gain,
             |rays, pixels| {
-                SampleSet::render_pixels(&mesh, &scene, &assets, (SIZE_PX, rays), pixels)
+                SampleSet::render_pixels(&mesh, &scene, &assets, (SIZE_PX.into(), rays), pixels)
             },
             |set, f| -> Result<(), Infallible> {
                 *f = reflectance(&program, set);

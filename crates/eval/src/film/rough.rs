@@ -8,7 +8,7 @@
 
 use brood_brdf::InputMask;
 use brood_program::Program;
-use brood_scene::{PixelArea, SampleSet, Sampling};
+use brood_scene::{PictureSize, PixelArea, SampleSet, Sampling};
 
 use super::developed::Developed;
 use crate::level::{Level, SimdKernel};
@@ -46,10 +46,11 @@ impl RoughTile {
     pub const SAMPLING: Sampling = ROUGH_SAMPLING;
 }
 
-/// Returns the number of tiles of a square picture with that side.
+/// Returns the number of tiles of a picture of that size.
 #[must_use]
-pub fn rough_tile_count(size_px: u32) -> usize {
-    (size_px.div_ceil(TILE_PX) as usize).pow(2)
+pub fn rough_tile_count(size_px: impl Into<PictureSize>) -> usize {
+    let PictureSize { width, height } = size_px.into();
+    width.div_ceil(TILE_PX) as usize * height.div_ceil(TILE_PX) as usize
 }
 
 /// The fine samples of the rough pixels of a program, evaluated together.
@@ -228,7 +229,7 @@ fn far_from_mean(
 /// Groups those of the ascending pixels that are fully covered and have one ray by tile.
 fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
     let layout = set.image().expect("the samples are those of a picture");
-    let columns = layout.size_px.div_ceil(TILE_PX);
+    let columns = layout.size_px.width.div_ceil(TILE_PX);
     let mut tiles: Vec<RoughTile> = Vec::new();
     // Index in `tiles`, by the number of the tile.
     let mut slots = vec![usize::MAX; rough_tile_count(layout.size_px)];
@@ -249,8 +250,8 @@ fn tiles(set: &SampleSet, rough: &[u32]) -> Vec<RoughTile> {
         let slot = &mut slots[number];
         if *slot == usize::MAX {
             *slot = tiles.len();
-            let width = TILE_PX.min(layout.size_px - left);
-            let height = TILE_PX.min(layout.size_px - top);
+            let width = TILE_PX.min(layout.size_px.width - left);
+            let height = TILE_PX.min(layout.size_px.height - top);
             let tile = PixelArea { x: left, y: top, width, height };
             tiles.push(RoughTile { number, tile, pixels: Vec::new() });
         }

@@ -28,7 +28,7 @@ impl LightOrbit {
     #[must_use]
     pub fn trace(mesh: &Mesh, scene: &Scene, assets: &LightAssets) -> Self {
         let raster =
-            Raster { size_px: PX, sampling: Sampling::Fixed(1), area: PixelArea::whole(PX) };
+            Raster { size_px: PX.into(), sampling: Sampling::Fixed(1), area: PixelArea::whole(PX) };
         let set = |scene: &Scene| SampleSet::render_with_assets(mesh, scene, assets, raster);
         let degrees = |place| 360.0 * f64::from(place) / f64::from(PLACES);
         let places = (0..PLACES).map(|place| set(&scene.with_light_deg(degrees(place)))).collect();

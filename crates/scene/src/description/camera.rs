@@ -11,7 +11,7 @@ const ORBIT_DEG: [f64; 2] = [30.0, 20.0];
 const TARGET: [f64; 3] = [0.0; 3];
 const UP: [f64; 3] = [0.0, 1.0, 0.0];
 
-/// Where the scene is seen from; the fields tell the form. Pictures are square with y up.
+/// Where the scene is seen from; the fields tell the form. y is up, pixels are square.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, try_from = "Fields")]
 pub enum Camera {
@@ -31,9 +31,9 @@ pub struct OrbitCamera {
     #[schema(value_type = Option<[f64; 2]>, default = json!(ORBIT_DEG))]
     pub orbit_deg: [f64; 2],
     /// Distance from the centre. Default: frames the bounding sphere at scale 1 with a small
-    /// margin.
+    /// margin, within the shorter side of the picture.
     pub distance: Option<f64>,
-    /// Vertical field of view, degrees.
+    /// Vertical field of view, degrees. The horizontal one follows from the picture's size.
     #[schema(value_type = Option<f64>, default = json!(FOV_Y_DEG))]
     pub fov_y_deg: f64,
 }
@@ -50,7 +50,7 @@ pub struct LookAtCamera {
     /// Up direction of the picture, of any length.
     #[schema(value_type = Option<[f64; 3]>, default = json!(UP))]
     pub up: [f64; 3],
-    /// Vertical field of view, degrees.
+    /// Vertical field of view, degrees. The horizontal one follows from the picture's size.
     #[schema(value_type = Option<f64>, default = json!(FOV_Y_DEG))]
     pub fov_y_deg: f64,
 }
@@ -59,7 +59,7 @@ pub struct LookAtCamera {
 #[derive(Debug, Clone, PartialEq, Serialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OrthographicCamera {
-    /// Half the height of the view, in world units.
+    /// Half the height of the picture, in world units.
     pub orthographic: f64,
 }
 

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::sampling::{PixelArea, Sampling};
+use super::size::PictureSize;
 
 /// Mapping from the samples of a set to the pixels of its image.
 #[derive(Debug, Clone, PartialEq)]
@@ -11,8 +12,8 @@ pub struct ImageLayout {
     pub width: u32,
     /// Number of rows; row 0 is the top.
     pub height: u32,
-    /// Side of the whole square picture, in pixels.
-    pub size_px: u32,
+    /// Size of the whole picture.
+    pub size_px: PictureSize,
     /// Part of the whole picture that this image is.
     pub area: PixelArea,
     /// Sampling of the image.

@@ -60,7 +60,7 @@ fn uniform_environment_and_ambient_light_have_irradiance_pi_everywhere() {
     ] {
         let scene = scene(&format!(r#"{{"lights": [{light}]}}"#));
         for sampling in [Sampling::Adaptive, Sampling::Fixed(2)] {
-            let raster = Raster { size_px: 24, sampling, area: PixelArea::whole(24) };
+            let raster = Raster { size_px: 24.into(), sampling, area: PixelArea::whole(24) };
             let mesh = Mesh::builtin(BuiltinMesh::Knob);
             let set = SampleSet::render_with_assets(&mesh, &scene, &assets, raster);
             let coverage = &set.image().unwrap().coverage;

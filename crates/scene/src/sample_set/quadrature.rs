@@ -11,6 +11,7 @@ use brood_mesh::trace::{Candidates, Hit, PixelFrustum, Ray, Stack, Tracer};
 use glam::DVec2;
 
 use super::point::{CameraRay, PixelFeatures, Surface, SurfacePoint};
+use super::size::PictureSize;
 use super::view::View;
 
 /// Number of lines in an edge pixel, and of rays per line before bisection.
@@ -28,7 +29,7 @@ pub(super) struct PixelSampler<'a> {
     pub view: View,
     pub tracer: &'a Tracer,
     pub surface: Surface<'a>,
-    pub size_px: u32,
+    pub size_px: PictureSize,
 }
 
 /// Buffers reused between pixels, to avoid allocation.
@@ -50,8 +51,8 @@ impl PixelSampler<'_> {
     /// Returns the ray through a point of a pixel, within [0, 1]^2 from its upper left corner.
     pub fn ray(&self, x: u32, y: u32, offset: DVec2) -> Ray {
         let at = (DVec2::new(f64::from(x), f64::from(y)) + offset)
-            * (2.0 / f64::from(self.size_px))
-            - DVec2::ONE;
+            * (2.0 / f64::from(self.size_px.height))
+            - DVec2::new(self.size_px.aspect(), 1.0);
         self.view.ray(DVec2::new(at.x, -at.y))
     }
 
@@ -62,8 +63,9 @@ impl PixelSampler<'_> {
 
     /// Converts a point of the picture to coordinates of a pixel.
     fn in_pixel(&self, x: u32, y: u32, at: DVec2) -> DVec2 {
-        let half = 0.5 * f64::from(self.size_px);
-        DVec2::new((at.x + 1.0) * half - f64::from(x), (1.0 - at.y) * half - f64::from(y))
+        let half = 0.5 * f64::from(self.size_px.height);
+        let left = self.size_px.aspect();
+        DVec2::new((at.x + left) * half - f64::from(x), (1.0 - at.y) * half - f64::from(y))
     }
 
     /// Traces and shades a ray, and returns true if it hits. `point` receives the result.

@@ -12,6 +12,7 @@ use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
 use super::quadrature::{PixelSampler, Scratch};
 use super::sampling::{PixelArea, Raster, Sampling};
 use super::set::SampleSet;
+use super::size::PictureSize;
 use super::view::{View, subpixel_offsets};
 use crate::description::Scene;
 
@@ -43,20 +44,26 @@ struct CentreRow {
 }
 
 impl SampleSet {
-    /// Samples a square picture of `mesh` in `scene`. The mesh reference in `scene` is ignored.
+    /// Samples a picture of `mesh` in `scene`. The mesh reference in `scene` is ignored.
     ///
     /// # Domain
     /// A scene that [`Scene::validate`] accepts; otherwise the set is meaningless. Lights that
     /// refer to assets emit nothing.
     ///
     /// # Panics
-    /// If `size_px` is not in 1..=65535, the fixed number of samples is 0, or the set would have
+    /// If a side is not in 1..=65535, the fixed number of samples is 0, or the set would have
     /// 2^32 samples.
     ///
     /// # Error
     /// Bit-identical for any number of threads.
     #[must_use]
-    pub fn render(mesh: &Mesh, scene: &Scene, size_px: u32, sampling: impl Into<Sampling>) -> Self {
+    pub fn render(
+        mesh: &Mesh,
+        scene: &Scene,
+        size_px: impl Into<PictureSize>,
+        sampling: impl Into<Sampling>,
+    ) -> Self {
+        let size_px = size_px.into();
         Self::render_area(mesh, scene, size_px, sampling, PixelArea::whole(size_px))
     }
 
@@ -68,11 +75,11 @@ impl SampleSet {
     pub fn render_area(
         mesh: &Mesh,
         scene: &Scene,
-        size_px: u32,
+        size_px: impl Into<PictureSize>,
         sampling: impl Into<Sampling>,
         area: PixelArea,
     ) -> Self {
-        let raster = Raster { size_px, sampling: sampling.into(), area };
+        let raster = Raster { size_px: size_px.into(), sampling: sampling.into(), area };
         Self::render_with_assets(mesh, scene, &LightAssets::default(), raster)
     }
 
@@ -88,10 +95,15 @@ impl SampleSet {
         raster: Raster,
     ) -> Self {
         let Raster { size_px, sampling, area } = raster;
-        assert!(size_px <= u32::from(u16::MAX), "`size_px` must be in 1..=65535, got {size_px}");
+        assert!(
+            size_px.longer() <= u32::from(u16::MAX),
+            "`size_px` must be in 1..=65535, got {size_px}"
+        );
         assert!(
             area.is_within(size_px),
-            "the area {area} must be non-empty and within {size_px} x {size_px} pixels"
+            "the area {area} must be non-empty and within {} x {} pixels",
+            size_px.width,
+            size_px.height
         );
         let sampler = pixel_sampler(mesh, scene, assets, size_px);
         let (rows, scale) = match sampling {
@@ -130,12 +142,14 @@ impl SampleSet {
         mesh: &Mesh,
         scene: &Scene,
         assets: &LightAssets,
-        (size_px, samples): (u32, u16),
+        (size_px, samples): (PictureSize, u16),
         pixels: &[(u32, u32)],
     ) -> Self {
         assert!(
-            pixels.iter().all(|(x, y)| *x < size_px && *y < size_px),
-            "pixels must be within {size_px} x {size_px}"
+            pixels.iter().all(|(x, y)| *x < size_px.width && *y < size_px.height),
+            "pixels must be within {} x {}",
+            size_px.width,
+            size_px.height
         );
         let sampler = pixel_sampler(mesh, scene, assets, size_px);
         let offsets = subpixel_offsets(u32::from(samples));
@@ -169,12 +183,12 @@ fn pixel_sampler<'a>(
     mesh: &'a Mesh,
     scene: &Scene,
     assets: &LightAssets,
-    size_px: u32,
+    size_px: PictureSize,
 ) -> PixelSampler<'a> {
     let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
     let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
     PixelSampler {
-        view: View::new(&scene.camera, &frame),
+        view: View::new(&scene.camera, &frame, size_px),
         tracer: mesh.tracer(),
         surface: Surface::new(mesh, lights, scene),
         size_px,

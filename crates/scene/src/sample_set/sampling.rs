@@ -6,6 +6,8 @@ use std::str::FromStr;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::size::PictureSize;
+
 /// Number of rays per pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
 pub enum Sampling {
@@ -138,8 +140,8 @@ pub struct PixelArea {
 /// Pixels of a picture to sample, and their sampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Raster {
-    /// Side of the whole square picture, in pixels.
-    pub size_px: u32,
+    /// Size of the whole picture.
+    pub size_px: PictureSize,
     /// Number of rays per pixel.
     pub sampling: Sampling,
     /// Part of the picture to sample.
@@ -152,30 +154,33 @@ pub struct Raster {
 pub struct PixelAreaError;
 
 impl PixelArea {
-    /// Returns the area of a whole square picture.
+    /// Returns the area of a whole picture.
     #[must_use]
-    pub fn whole(size_px: u32) -> Self {
-        Self { x: 0, y: 0, width: size_px, height: size_px }
+    pub fn whole(size_px: impl Into<PictureSize>) -> Self {
+        let PictureSize { width, height } = size_px.into();
+        Self { x: 0, y: 0, width, height }
     }
 
-    /// True if the area is not empty and lies within a square picture of that side.
+    /// True if the area is not empty and lies within a picture of that size.
     #[must_use]
-    pub fn is_within(&self, size_px: u32) -> bool {
-        let fits = |start: u32, length: u32| {
-            length > 0 && start.checked_add(length).is_some_and(|end| end <= size_px)
+    pub fn is_within(&self, size_px: impl Into<PictureSize>) -> bool {
+        let size_px = size_px.into();
+        let fits = |start: u32, length: u32, side: u32| {
+            length > 0 && start.checked_add(length).is_some_and(|end| end <= side)
         };
-        fits(self.x, self.width) && fits(self.y, self.height)
+        fits(self.x, self.width, size_px.width) && fits(self.y, self.height, size_px.height)
     }
 
     /// Returns the area with a border of one pixel, clipped to the picture.
     #[must_use]
-    pub fn with_border(&self, size_px: u32) -> Self {
-        let grow = |start: u32, length: u32| {
+    pub fn with_border(&self, size_px: impl Into<PictureSize>) -> Self {
+        let size_px = size_px.into();
+        let grow = |start: u32, length: u32, side: u32| {
             let from = start.saturating_sub(1);
-            (from, (start + length + 1).min(size_px) - from)
+            (from, (start + length + 1).min(side) - from)
         };
-        let (x, width) = grow(self.x, self.width);
-        let (y, height) = grow(self.y, self.height);
+        let (x, width) = grow(self.x, self.width, size_px.width);
+        let (y, height) = grow(self.y, self.height, size_px.height);
         Self { x, y, width, height }
     }
 
@@ -237,6 +242,14 @@ mod tests {
         assert_eq!(area.to_string(), "3,0,5,8");
         assert!(area.is_within(8) && !area.is_within(7));
         assert_eq!(area.with_border(8), PixelArea { x: 2, y: 0, width: 6, height: 8 });
+        let wide = PictureSize { width: 9, height: 8 };
+        let high = PictureSize { width: 8, height: 9 };
+        assert!(area.is_within(wide) && area.is_within(high));
+        assert!(!area.is_within(PictureSize { width: 7, height: 9 }));
+        assert!(!area.is_within(PictureSize { width: 9, height: 7 }));
+        assert_eq!(area.with_border(wide), PixelArea { x: 2, y: 0, width: 7, height: 8 });
+        assert_eq!(area.with_border(high), PixelArea { x: 2, y: 0, width: 6, height: 9 });
+        assert_eq!(PixelArea::whole(wide).to_string(), "0,0,9,8");
         for text in ["", "1,2,3", "1,2,3,4,5", "1,2,0,4", "-1,2,3,4", "1,2,3,x", "1,2,3,4294967296"]
         {
             assert!(text.parse::<PixelArea>().is_err(), "{text}");

@@ -5,10 +5,11 @@ use brood_mesh::angle::{orbit_direction, sin_cos_deg};
 use brood_mesh::trace::Ray;
 use glam::{DVec2, DVec3};
 
+use super::size::PictureSize;
 use crate::description::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera};
 
 /// Default distance of an orbit camera, divided by the distance at which the bounding sphere
-/// touches the picture's edge.
+/// touches the nearer edges of the picture.
 const FRAMING_MARGIN: f64 = 1.04;
 
 /// Camera in the unit frame.
@@ -16,7 +17,7 @@ const FRAMING_MARGIN: f64 = 1.04;
 pub(super) struct View {
     /// Eye, or start of the central ray of a parallel projection.
     origin: DVec3,
-    /// `right` and `up` span half the picture's width and height: on the plane at distance 1, or in
+    /// `right` and `up` are as long as half the picture's height: on the plane at distance 1, or in
     /// positions for a parallel projection.
     right: DVec3,
     up: DVec3,
@@ -28,13 +29,15 @@ pub(super) struct View {
 }
 
 impl View {
-    pub fn new(camera: &Camera, frame: &UnitFrame) -> Self {
+    /// Makes the view of a picture of a size. `fov_y_deg` and `orthographic` set the height; pixels
+    /// are square, so the width follows.
+    pub fn new(camera: &Camera, frame: &UnitFrame, size_px: PictureSize) -> Self {
         match *camera {
             Camera::Orbit(OrbitCamera { orbit_deg: [azimuth, elevation], distance, fov_y_deg }) => {
                 let back = orbit_direction(azimuth, elevation);
                 // Also defined at elevation 90, unlike a cross product with y.
                 let right = orbit_direction(azimuth + 90.0, 0.0);
-                let framing = FRAMING_MARGIN / sin_cos_deg(0.5 * fov_y_deg).0;
+                let framing = FRAMING_MARGIN / sin_of_narrower(fov_y_deg, size_px);
                 let distance = distance.map_or(framing, |distance| frame.length(distance));
                 let axes = [right, back.cross(right), back];
                 Self::perspective(back * distance, axes, fov_y_deg, frame)
@@ -67,7 +70,7 @@ impl View {
         Self::with_axes(frame.position(eye), axes, half, false)
     }
 
-    /// Makes a view from orthonormal axes and half the side of the picture.
+    /// Makes a view from orthonormal axes and half the height of the picture.
     fn with_axes(origin: DVec3, axes: [DVec3; 3], half: f64, parallel: bool) -> Self {
         let [right, up, forward] = axes;
         Self {
@@ -94,7 +97,8 @@ impl View {
         (depth > 1e-6).then(|| at / depth)
     }
 
-    /// Returns the ray through a point of the picture: x to the right, y upwards, both in [-1, 1].
+    /// Returns the ray through a point of the picture: x to the right, y upwards, in units of half
+    /// the height.
     pub fn ray(&self, point: DVec2) -> Ray {
         let offset = self.right * point.x + self.up * point.y;
         if self.parallel {
@@ -102,6 +106,17 @@ impl View {
         }
         Ray { origin: self.origin, direction: (self.forward + offset).normalize() }
     }
+}
+
+/// Returns the sine of half the narrower angle of view, so that a sphere seen under it fits into
+/// the shorter side.
+fn sin_of_narrower(fov_y_deg: f64, size_px: PictureSize) -> f64 {
+    let (sin, cos) = sin_cos_deg(0.5 * fov_y_deg);
+    if size_px.aspect() >= 1.0 {
+        return sin;
+    }
+    let across = size_px.aspect() * sin;
+    across / (across * across + cos * cos).sqrt()
 }
 
 /// Returns positions of at least `samples` rays in a pixel, within [0, 1)^2: an odd number of them,

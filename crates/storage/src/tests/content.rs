@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use brood_protocol::{Backend, MeshId, PictureFormat};
 
 use super::{bytes, genome, hash, key, open, picture, saved, scene};
-use crate::{StorageError, StoredGenome, StoredMesh};
+use crate::{NewPicture, StorageError, StoredGenome, StoredMesh};
 
 #[tokio::test]
 async fn genome_is_stored_once() {
@@ -85,11 +85,16 @@ async fn picture_key_is_unchanged_when_stored_again() {
     first.backend = Backend::Reference;
     store.put_pictures(vec![first.clone()]).await.unwrap();
     let mut changed = first.clone();
-    changed.size_px = 999;
+    changed.size_px = 999.into();
     store.put_pictures(vec![changed, picture("2", "a", scene)]).await.unwrap();
     assert_eq!(store.picture(key("1")).await.unwrap(), first);
     assert_eq!(store.picture(key("2")).await.unwrap(), picture("2", "a", scene));
     assert!(matches!(store.picture(key("3")).await, Err(StorageError::NotFound)));
+    for (name, size_px) in [("wide", "640x360"), ("tall", "360x640")] {
+        let shaped = NewPicture { size_px: size_px.parse().unwrap(), ..picture(name, "a", scene) };
+        store.put_pictures(vec![shaped.clone()]).await.unwrap();
+        assert_eq!(store.picture(key(name)).await.unwrap(), shaped);
+    }
     let unknown = store.put_pictures(vec![picture("3", "missing", scene)]).await;
     assert!(matches!(unknown, Err(StorageError::NotFound)), "{unknown:?}");
 }

@@ -33,7 +33,7 @@ async fn acknowledged_writes_survive_when_process_is_killed() {
         let killed = image(dir.path());
         let again = Store::open(killed.path()).await.unwrap();
         assert_eq!(again.list_generations(lineage, None, 50).await.unwrap(), made);
-        assert_eq!(again.picture(key(&n.to_string())).await.unwrap().size_px, 256);
+        assert_eq!(again.picture(key(&n.to_string())).await.unwrap().size_px, 256.into());
         assert_eq!(again.counts().await.unwrap().jobs, n + 1);
         again.close().await.unwrap();
     }

@@ -110,8 +110,8 @@ impl Clipping {
                 let raw = largest(&pixels);
                 let codes: Vec<[u8; 3]> =
                     picture.pixels.iter().map(|rgb| rgb.map(encode_srgb)).collect();
-                let side = picture.width as usize;
-                let coded = Coded { side, codes: &codes, radiance, irradiance };
+                let size = (picture.width as usize, picture.height as usize);
+                let coded = Coded { size, codes: &codes, radiance, irradiance };
                 let found = coded.mark(&mut pixels);
                 [0, 1, 2].map(|channel| found[channel].or(raw[channel]))
             }
@@ -139,7 +139,7 @@ fn mark_ones(picture: &LinearPicture, irradiance: &[Option<[f32; 3]>], marks: &m
 
 /// Picture of 8-bit codes, for detection.
 struct Coded<'a> {
-    side: usize,
+    size: (usize, usize),
     /// Codes of red, green and blue.
     codes: &'a [[u8; 3]],
     /// Radiance, up to a factor.
@@ -231,7 +231,7 @@ impl Coded<'_> {
             let mut next = 0;
             while let Some(&at) = part.get(next) {
                 next += 1;
-                for other in around(at, self.side, REACH) {
+                for other in around(at, self.size, REACH) {
                     if labels[other] == 0 && is_in(other) {
                         labels[other] = label;
                         part.push(other);
@@ -282,7 +282,7 @@ impl Coded<'_> {
 
     /// Marks the pixels beside clipped ones that have at least this code.
     fn mark_beside(&self, clipped: &[usize], (channel, least): (usize, u8), marks: &mut [Clip]) {
-        for pixel in clipped.iter().flat_map(|pixel| around(*pixel, self.side, 1)) {
+        for pixel in clipped.iter().flat_map(|pixel| around(*pixel, self.size, 1)) {
             if marks[pixel] == Clip::Free && self.codes[pixel][channel] >= least {
                 marks[pixel] = Clip::Beside;
             }

@@ -1,8 +1,10 @@
 //! Errors of pictures that cannot be targets.
 
+use brood_scene::PictureSize;
+
 use super::pixel::PixelCounts;
 
-/// Least side of a picture, in pixels.
+/// Least width and height of a picture, in pixels.
 pub(super) const SIDE: u32 = 8;
 /// Least number of usable pixels.
 pub(super) const FEWEST: usize = 100;
@@ -10,26 +12,22 @@ pub(super) const FEWEST: usize = 100;
 /// Error of using a picture as a target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ImageTargetError {
-    /// The picture is not square.
-    #[error("the picture must be square; this one is {0} x {1} pixels")]
-    NotSquare(u32, u32),
     /// The picture is too small.
-    #[error("a picture of {0} x {0} pixels is too small; the least is {SIDE} x {SIDE}")]
-    Small(u32),
+    #[error("a picture of {0} x {1} pixels is too small; the least is {SIDE} x {SIDE}")]
+    Small(u32, u32),
     /// A pixel is NaN or infinite.
     #[error("the pixel {0}, {1} is not a finite number")]
     NotFinite(u32, u32),
     /// The mask's size differs from the picture's.
     #[error(
-        "the mask has {mask_width} x {mask_height} pixels and the picture {side} x {side}; both must be equal"
+        "the mask has {} x {} pixels and the picture {} x {}; both must be equal",
+        mask_px.width, mask_px.height, size_px.width, size_px.height
     )]
     MaskSize {
-        /// Width of the mask.
-        mask_width: u32,
-        /// Height of the mask.
-        mask_height: u32,
-        /// Side of the picture.
-        side: u32,
+        /// Size of the mask.
+        mask_px: PictureSize,
+        /// Size of the picture.
+        size_px: PictureSize,
     },
     /// The mask excludes every pixel.
     #[error("the mask leaves no pixel; it must be white where the picture is used")]

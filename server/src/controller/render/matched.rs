@@ -5,7 +5,7 @@ use axum::response::Response;
 use brood_protocol::{
     Backend, Frame, PictureFormat, SceneId, Subject, Target, TargetId, TargetSource,
 };
-use brood_scene::Sampling;
+use brood_scene::{PictureSize, Sampling};
 use brood_storage::{StorageError, StoredIndividual};
 use http::HeaderMap;
 
@@ -23,8 +23,8 @@ pub struct MatchedRender {
     pub target: TargetId,
     /// Index of the target's picture, if given.
     pub view: Option<u32>,
-    /// Side in pixels, if given.
-    pub size_px: Option<u32>,
+    /// Size, if given.
+    pub size_px: Option<PictureSize>,
     /// Scene, if given.
     pub scene: Option<SceneId>,
     /// Light angle in degrees, if given.
@@ -69,7 +69,7 @@ impl MatchedRender {
         let own = view(target, n)?;
         let size_px = self.size_px.unwrap_or(own.size_px);
         let sampling = self.sampling.unwrap_or(own.samples);
-        check_rays(u64::from(size_px).pow(2), sampling)?;
+        check_rays(size_px.pixels(), sampling)?;
         let frame = view_frame(own, size_px, sampling, self.format);
         Ok((frame, source(target, Some(n))?))
     }
@@ -90,9 +90,9 @@ impl MatchedRender {
             Some(scene) => scene,
             None => app.store.lineage(individual.lineage).await?.scene,
         };
-        let size_px = self.size_px.unwrap_or(SIZE);
+        let size_px = self.size_px.unwrap_or(SIZE.into());
         let sampling = self.sampling.unwrap_or_default();
-        check_rays(u64::from(size_px).pow(2), sampling)?;
+        check_rays(size_px.pixels(), sampling)?;
         let view = Framing {
             light_deg: self.light_deg,
             sampling,

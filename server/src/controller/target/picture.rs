@@ -154,9 +154,8 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<RequestedView>, ApiE
 fn rays(one: &RequestedView) -> u64 {
     let (width, height) = brood_eval::picture_size(&one.picture).unwrap_or_default();
     let pixels = u64::from(width) * u64::from(height);
-    // Pictures of other shapes are refused on reading.
-    let is_square = width == height && width <= KnownView::SIDE_MOST;
-    if is_square { pixels * u64::from(one.sampling.min_rays()) } else { 0 }
+    let is_read = width.max(height) <= KnownView::SIDE_MOST;
+    if is_read { pixels * u64::from(one.sampling.min_rays()) } else { 0 }
 }
 
 async fn scene(app: &App, one: &RequestedView) -> Result<Scene, ApiError> {
@@ -237,8 +236,7 @@ fn pointer(error: &ViewError, one: &RequestedView) -> String {
         ViewError::Picture(_) | ViewError::Large(..) => one.picture_at.clone(),
         ViewError::Mask(_) => at("/mask"),
         ViewError::Target(error) => match error {
-            ImageTargetError::NotSquare(..)
-            | ImageTargetError::Small(_)
+            ImageTargetError::Small(..)
             | ImageTargetError::NotFinite(..)
             | ImageTargetError::Few(_) => one.picture_at.clone(),
             ImageTargetError::MaskSize { .. } | ImageTargetError::MaskEmpty => at("/mask"),
@@ -253,7 +251,7 @@ fn pointer(error: &ViewError, one: &RequestedView) -> String {
 /// Describes a picture as it was understood.
 pub fn describe(known: &KnownView) -> TargetView {
     TargetView {
-        size_px: known.side(),
+        size_px: known.size_px(),
         scene: known.setting.scene.clone(),
         samples: known.setting.sampling,
         gain_solved: known.view.is_gain_unknown(),
