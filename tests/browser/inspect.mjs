@@ -236,6 +236,18 @@ export async function inspect(app, step, shot, base) {
       assert.equal(bytes.includes("acTL"), animated, `${name}`);
       assert.match(download.suggestedFilename(), animated ? /\.a?png$/ : /\.png$/);
     }
+    await app.id("export-width").fill("96");
+    await app.id("export-height").fill("8");
+    await page.getByText("must be 16 to 2048 pixels").waitFor();
+    assert.equal(await app.id("export-png").count(), 0);
+    await app.id("export-height").fill("64");
+    const exported = async (id) => {
+      const [download] = await Promise.all([page.waitForEvent("download"), app.id(id).click()]);
+      return readFile(await download.path());
+    };
+    const png = await exported("export-png");
+    assert.deepEqual([png.readUInt32BE(16), png.readUInt32BE(20)], [96, 64]);
+    assert.equal((await exported("export-exr")).readUInt32LE(0), 20000630, "OpenEXR");
     await shot("34-exports");
   });
 

@@ -30,6 +30,8 @@ class ViewStore {
    * @type {Signal<boolean>}
    */
   limitedExports = signal(true);
+  /** Width and height of exported pictures, as typed. */
+  exportSides = signal({ width: "1024", height: "1024" });
   /** Scale chosen for each chart, by its id. @type {Signal<Record<string, string>>} */
   chartScales = signal({});
   /** Horizontal axis of the chart of errors. @type {Signal<"seconds"|"generation">} */

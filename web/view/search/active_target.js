@@ -21,7 +21,7 @@ export function TargetInCentre({ size }) {
   if (!url) return null;
   return html`
     <div class=${compareStore.targetInCentre.value ? "other" : "other unflipped"} data-testid="target-in-centre">
-      <img key=${searchStore.activeTarget.value?.id} class="still" src=${url} alt="" draggable=${false} onLoad=${() => pictureLoaded(url)} />
+      <img key=${searchStore.activeTarget.value?.id} class="still by-height" src=${url} alt="" draggable=${false} onLoad=${() => pictureLoaded(url)} />
     </div>
   `;
 }

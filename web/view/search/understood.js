@@ -5,6 +5,7 @@
  * @import { Target, TargetView } from "../../model.js"
  */
 import { amount } from "../../page/format.js";
+import { sizeInWords } from "../../page/size.js";
 import { viewUrl } from "../../search/routes.js";
 import { searchStore } from "../../search/store.js";
 import { nameOfView, pixelStatuses, share } from "../../search/views.js";
@@ -39,7 +40,7 @@ const PixelStatuses = ({ of }) => html`
 /** @param {TargetView} of */
 function viewInWords(of) {
   const { mesh, light_deg } = of.scene;
-  const parts = [`${of.size_px} × ${of.size_px}`, /^[a-z]+$/.test(mesh) ? mesh : "uploaded object", `light at ${amount(light_deg ?? 0)}°`, of.samples === "adaptive" ? "adaptive rays" : `${of.samples} ${of.samples === 1 ? "ray" : "rays"} a pixel`];
+  const parts = [`${sizeInWords(of.size_px)}`, /^[a-z]+$/.test(mesh) ? mesh : "uploaded object", `light at ${amount(light_deg ?? 0)}°`, of.samples === "adaptive" ? "adaptive rays" : `${of.samples} ${of.samples === 1 ? "ray" : "rays"} a pixel`];
   if (of.gain_solved) parts.push("brightness unknown");
   if (of.held_out) parts.push("held out");
   const clipped = ["red", "green", "blue"].flatMap((name, at) => of.clipped_from?.[at] == null ? [] : [`${name} ${of.clipped_from[at]}`]);
