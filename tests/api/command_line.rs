@@ -131,7 +131,7 @@ async fn wide_and_tall_pictures_have_the_pixels_of_the_square_one() {
     std::fs::write(here("scene.json"), scene.to_string()).unwrap();
     let individual = server.get(&format!("/v1/individuals/{child}")).await.expect(200).json();
     let path = format!("/v1/genomes/{}", text_of(&individual["hash"]));
-    let request = server.request(reqwest::Method::GET, &path).header("accept", "text/x-brood");
+    let request = server.request(Method::GET, &path).header("accept", "text/x-brood");
     std::fs::write(here("a.brood"), server.send(request).await.expect(200).body).unwrap();
     let rendered = |size: &str, name: &str, more: &[&str]| {
         let (genome, scene, out) = (here("a.brood"), here("scene.json"), here(name));

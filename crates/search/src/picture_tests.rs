@@ -190,8 +190,11 @@ fn conductor_is_recovered_from_a_clipped_picture_with_noise() {
             .unwrap(),
         ..plain
     };
-    let raster =
-        Raster { size_px: SIDE_PX, sampling: Sampling::Fixed(1), area: PixelArea::whole(SIDE_PX) };
+    let raster = Raster {
+        size_px: SIDE_PX.into(),
+        sampling: Sampling::Fixed(1),
+        area: PixelArea::whole(SIDE_PX),
+    };
     let set = SampleSet::render_with_assets(&mesh, &other, &assets, raster);
     let unseen = Samples::of(&*model.brdf(), (0..set.len()).map(|at| set.pair(at).0).collect());
     let error = |deviation: f64, clip_from: ClipFrom| {

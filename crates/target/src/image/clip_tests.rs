@@ -36,7 +36,7 @@ impl Case {
         let mesh = Mesh::builtin(mesh);
         let scene: Scene = serde_json::from_str(scene).unwrap();
         let raster = Raster {
-            size_px: SIDE_PX,
+            size_px: SIDE_PX.into(),
             sampling: Sampling::Fixed(1),
             area: PixelArea::whole(SIDE_PX),
         };
