@@ -37,7 +37,8 @@ fn every_listed_model_is_printed_and_its_text_is_rendered() {
         let picture = image::open(&out).unwrap().to_rgba8();
         assert!(picture.pixels().any(|pixel| pixel.0[0] > 40), "{name} is black");
         let albedo = brood(["model", "albedo", &model, "--order", "8"]).success().stdout;
-        assert_eq!(albedo.lines().count(), 12, "{albedo}");
+        assert_eq!(albedo.lines().count(), 16, "{albedo}");
+        assert!(albedo.lines().last().unwrap().starts_with("# at most "), "{albedo}");
     }
 }
 

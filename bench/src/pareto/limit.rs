@@ -1,183 +1,196 @@
-//! Sweep of the effort of the search for the largest albedo: the error of cheaper searches, and how
-//! frequent it is.
+//! Check of the energy limit: random subjects under the limit are measured by brute force, with
+//! other quadratures, on other and more directions, for several efforts of the search.
+
+mod fine_albedo;
+mod fine_search;
+mod subject;
 
 use anyhow::Result;
-use brood_eval::{ALBEDO_ORDER, Effort, LimitSearch, directional_albedo};
+use brood_eval::{Effort, EnergyLimit, FLATTEST_COS, LimitSearch, Stage, UNBOUNDED_COS};
+use brood_program::Program;
 
 use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
-use crate::measure::{fastest_ms, median, one_thread, programs, quantile};
+use crate::measure::{fastest_ms, one_thread, quantile};
 use crate::output;
 use crate::record::Finding;
 
-/// Value drawn for an error of 0 on a logarithmic axis.
-const FLOOR: f64 = 1e-7;
+use fine_search::{FineEffort, FineSearch};
+use subject::{Group, Subject, subjects};
 
-/// Compared searches: angles x azimuths x texture positions, and starts.
-const EFFORTS: [Effort; 5] = [
-    Effort {
-        thetas: 8,
-        azimuths: 3,
-        uv_side: 2,
-        grid_order: 4,
-        starts: 1,
-        search_order: 12,
-        ..Effort::USUAL
-    },
-    Effort {
-        thetas: 10,
-        azimuths: 4,
-        uv_side: 3,
-        grid_order: 6,
-        starts: 2,
-        search_order: 12,
-        ..Effort::USUAL
-    },
-    Effort {
-        thetas: 12,
-        azimuths: 6,
-        uv_side: 4,
-        grid_order: 6,
-        starts: 4,
-        search_order: 12,
-        ..Effort::USUAL
-    },
-    Effort::USUAL,
-    Effort {
-        thetas: 24,
-        azimuths: 12,
-        uv_side: 7,
-        grid_order: 12,
-        starts: 12,
-        halvings: 7,
-        search_order: 24,
-    },
+/// Largest albedo of a material that conserves energy, with the tolerance of the check.
+const LARGEST: f64 = 1.0 + 1e-3;
+/// Value drawn for a surplus of 0 on a logarithmic axis.
+const FLOOR: f64 = 1e-6;
+
+/// Compared efforts, the least first.
+const EFFORTS: [(&str, Effort); 2] = [
+    (
+        "half",
+        Effort {
+            steep: 10,
+            flat: 6,
+            azimuths: 6,
+            uv_side: 5,
+            starts: 12,
+            stages: [
+                Stage { climbers: [6, 4, 2], ..Effort::USUAL.stages[0] },
+                Stage { order: 24, climbers: [2, 1, 1], ..Effort::USUAL.stages[1] },
+            ],
+            ..Effort::USUAL
+        },
+    ),
+    ("usual", Effort::USUAL),
 ];
 
-/// Search that the others are compared with.
-const EXHAUSTIVE: Effort = Effort {
-    thetas: 36,
-    azimuths: 16,
-    uv_side: 9,
-    grid_order: 16,
-    starts: 24,
-    halvings: 8,
-    search_order: 32,
-};
-
-/// Results of one search for all genomes.
+/// Results of one effort for one subject.
 struct Outcome {
-    effort: Effort,
-    search: LimitSearch,
-    ms: Vec<f64>,
-    samples: Vec<f64>,
-    /// Relative amount by which the albedo of this search is below the largest found by any search.
-    missed: Vec<f64>,
-    /// Relative amount by which the divisor is too small for that albedo; 0 if it suffices.
-    exceeded: Vec<f64>,
+    ms: f64,
+    limit: EnergyLimit,
+}
+
+/// Results for one subject.
+struct Row {
+    subject: Subject,
+    /// Largest albedo by brute force, without the limit.
+    albedo: f64,
+    place: String,
+    /// By [`EFFORTS`].
+    outcomes: [Outcome; EFFORTS.len()],
+}
+
+impl Row {
+    /// Largest albedo under the limit of an effort.
+    fn limited(&self, effort: usize) -> f64 {
+        self.albedo / self.outcomes[effort].limit.divisor
+    }
+
+    /// Share by which the limit of an effort makes the subject darker than needed; `None` if it
+    /// needs no limit and has none.
+    fn surplus(&self, effort: usize) -> Option<f64> {
+        let divisor = self.outcomes[effort].limit.divisor;
+        (divisor > 1.0).then(|| (1.0 - self.albedo.max(1.0) / divisor).max(0.0))
+    }
 }
 
 /// Measures the finding.
 pub fn measure(short: bool, seed: u64) -> Result<Finding> {
-    let (genomes, repeats, effort) = if short { (2, 1, EFFORTS[3]) } else { (100, 3, EXHAUSTIVE) };
+    let (count, effort) = if short { (10, FineEffort::SHORT) } else { (2000, FineEffort::FULL) };
     let pool = one_thread()?;
-    let exhaustive = LimitSearch::new(effort);
-    let outcome = |effort: Effort| Outcome {
-        effort,
-        search: LimitSearch::new(effort),
-        ms: Vec::new(),
-        samples: Vec::new(),
-        missed: Vec::new(),
-        exceeded: Vec::new(),
-    };
-    let mut outcomes = EFFORTS.map(outcome);
-    let bar = output::bar(genomes.into(), "limit");
-    let mut seen = 0;
-    for program in programs(seed, genomes) {
-        let (_, place) = exhaustive.run(&program);
-        let mut best = directional_albedo(&program, &place, ALBEDO_ORDER);
-        let mut found = Vec::new();
-        for outcome in &mut outcomes {
-            let run = || Ok(outcome.search.run(&program));
-            let (ms, (limit, place)) = pool.install(|| fastest_ms(repeats, run))?;
-            let albedo = directional_albedo(&program, &place, ALBEDO_ORDER);
-            best = best.max(albedo);
-            outcome.ms.push(ms);
-            outcome.samples.push(limit.samples as f64);
-            found.push((albedo, limit.albedo * (1.0 + limit.error_bound)));
+    let searches = EFFORTS.map(|(_, effort)| LimitSearch::new(effort));
+    let [all, bounded] = [FLATTEST_COS, UNBOUNDED_COS].map(|cos| FineSearch::new(effort, cos));
+    let bar = output::bar(count.into(), "limit");
+    let mut rows = Vec::new();
+    for subject in subjects(seed, count) {
+        let program = &subject.program;
+        let mut outcomes = Vec::new();
+        for search in &searches {
+            let (ms, (limit, _)) = pool.install(|| fastest_ms(1, || Ok(search.run(program))))?;
+            outcomes.push(Outcome { ms, limit });
         }
+        let fine = if reaches_horizon(program) { &all } else { &bounded };
+        let found = fine.largest(program);
+        let outcomes =
+            outcomes.try_into().unwrap_or_else(|_| unreachable!("one outcome per effort"));
+        rows.push(Row { subject, albedo: found.albedo, place: found.place.to_string(), outcomes });
         bar.inc(1);
-        if best <= 0.0 {
-            // Black: every search is exact.
-            continue;
-        }
-        seen += 1;
-        for (outcome, (albedo, bound)) in outcomes.iter_mut().zip(found) {
-            outcome.missed.push((1.0 - albedo / best).max(0.0));
-            outcome.exceeded.push((1.0 - bound / best).max(0.0));
-        }
     }
     bar.finish_and_clear();
     Ok(Finding {
         name: "limit",
         note: format!(
-            "{seen} random genomes that are not black; amount by which the albedo at the place found by a search (order \
-             {ALBEDO_ORDER}) is below the largest found by any search, including one of {} angles x {} azimuths x {}^2 texture \
-             positions and {} starts; `limit_exceeded_worst` is the amount by which the largest albedo exceeds the bound that \
-             the search reports. One thread, best of {repeats}",
-            effort.thetas, effort.azimuths, effort.uv_side, effort.starts,
+            "{count} random subjects under the energy limit; `above` counts those whose largest albedo by brute force \
+             exceeds 1 + 1e-3. Brute force: {} elevations to cosine {FLATTEST_COS:e} ({UNBOUNDED_COS:e} if a layer is \
+             unbounded at the horizon), {} azimuths, {}^2 texture positions, {} outgoing directions, then {} local searches \
+             and {} directions; layers by adaptive subdivision. The surplus is the share by which a subject is darker than \
+             needed. One thread",
+            effort.elevations + effort.flat,
+            effort.azimuths,
+            effort.side,
+            effort.scan_nodes,
+            effort.starts,
+            effort.final_nodes,
         ),
-        table: table(&outcomes),
-        raw: None,
-        chart: chart(&outcomes, seen).svg(),
+        table: table(&rows),
+        raw: Some(raw(&rows)),
+        chart: chart(&rows).svg(),
     })
 }
 
-fn effort_name(effort: &Effort) -> String {
-    let Effort { thetas, azimuths, uv_side, starts, .. } = effort;
-    format!("{thetas}x{azimuths}x{uv_side}^2/{starts}")
+/// True if all layers stay bounded at the horizon, so that the search reaches it.
+fn reaches_horizon(program: &Program) -> bool {
+    program.layers().iter().all(brood_brdf::Model::is_bounded_at_horizon)
 }
 
-fn table(outcomes: &[Outcome]) -> ResultTable {
+fn table(rows: &[Row]) -> ResultTable {
     let mut table = ResultTable::default();
-    for outcome in outcomes {
-        let error = |share| quantile(&outcome.missed, share);
-        let within = outcome.missed.iter().filter(|missed| **missed <= 0.01).count();
-        table.push(cells! {
-            knob: "effort of the limit's search",
-            value: effort_name(&outcome.effort),
-            time_ms: median(&outcome.ms),
-            error: error(0.5),
-            error_metric: "median share missed",
-            error_p90: error(0.9),
-            error_worst: error(1.0),
-            within_1_percent: within as f64 / outcome.missed.len().max(1) as f64,
-            limit_exceeded_worst: quantile(&outcome.exceeded, 1.0),
-            samples: median(&outcome.samples),
-            default: Cell::yes_if(outcome.effort == Effort::USUAL),
-        });
+    for (effort, (name, kind)) in EFFORTS.iter().enumerate() {
+        for group in Group::ALL {
+            let of: Vec<&Row> = rows.iter().filter(|row| row.subject.group == group).collect();
+            let limited: Vec<f64> = of.iter().map(|row| row.limited(effort)).collect();
+            let surplus: Vec<f64> = of.iter().filter_map(|row| row.surplus(effort)).collect();
+            let ms: Vec<f64> = of.iter().map(|row| row.outcomes[effort].ms).collect();
+            table.push(cells! {
+                effort: *name,
+                subjects: group.name(),
+                count: of.len(),
+                above: limited.iter().filter(|albedo| **albedo > LARGEST).count(),
+                largest: quantile(&limited, 1.0),
+                divided: surplus.len(),
+                surplus_median: quantile(&surplus, 0.5),
+                surplus_p90: quantile(&surplus, 0.9),
+                surplus_p99: quantile(&surplus, 0.99),
+                ms_median: quantile(&ms, 0.5),
+                ms_p95: quantile(&ms, 0.95),
+                ms_max: quantile(&ms, 1.0),
+                default: Cell::yes_if(*kind == Effort::USUAL),
+            });
+        }
     }
     table
 }
 
-fn chart(outcomes: &[Outcome], seen: u32) -> Plot {
-    let series = |name: &str, share: f64| {
-        let point = |outcome: &Outcome| Point {
-            x: median(&outcome.ms),
-            y: quantile(&outcome.missed, share).max(FLOOR),
-            label: effort_name(&outcome.effort),
-            is_default: outcome.effort == Effort::USUAL,
-            is_detached: false,
+fn raw(rows: &[Row]) -> ResultTable {
+    let mut table = ResultTable::default();
+    for (index, row) in rows.iter().enumerate() {
+        for (effort, (name, _)) in EFFORTS.iter().enumerate() {
+            let Outcome { ms, limit } = &row.outcomes[effort];
+            table.push(cells! {
+                subject: index,
+                about: row.subject.about.clone(),
+                effort: *name,
+                albedo: row.albedo,
+                place: row.place.clone(),
+                found: limit.albedo,
+                error_bound: limit.error_bound,
+                limited: row.limited(effort),
+                ms: *ms,
+            });
+        }
+    }
+    table
+}
+
+fn chart(rows: &[Row]) -> Plot {
+    let series = |group: Group| {
+        let point = |effort: usize| {
+            let of = || rows.iter().filter(move |row| row.subject.group == group);
+            let ms: Vec<f64> = of().map(|row| row.outcomes[effort].ms).collect();
+            let surplus: Vec<f64> = of().filter_map(|row| row.surplus(effort)).collect();
+            Point {
+                x: quantile(&ms, 0.5),
+                y: quantile(&surplus, 0.9).max(FLOOR),
+                label: EFFORTS[effort].0.to_owned(),
+                is_default: EFFORTS[effort].1 == Effort::USUAL,
+                is_detached: false,
+            }
         };
-        Series::dotted(name, outcomes.iter().map(point))
+        Series::dotted(group.name(), (0..EFFORTS.len()).map(point))
     };
     Plot {
         title: "Effort of the search for the largest albedo".to_owned(),
-        subtitle: format!("{seen} random genomes, one thread; missed share of the largest albedo"),
-        x: Axis::log("time of the whole search, ms"),
-        y: Axis::log("missed share of the albedo"),
-        series: Series::label_first(
-            [("worst genome", 1.0), ("90th percentile", 0.9), ("median genome", 0.5)]
-                .map(|(name, share)| series(name, share)),
-        ),
+        subtitle: format!("{} random subjects, one thread", rows.len()),
+        x: Axis::log("time of the whole search, ms (median)"),
+        y: Axis::log("share darker than needed, 90th percentile"),
+        series: Series::label_first(Group::ALL.map(series)),
     }
 }

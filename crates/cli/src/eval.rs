@@ -74,6 +74,7 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
         let limit = limit.map(|limit| {
             json!({
                 "albedo": limit.albedo,
+                "bound": limit.bound(),
                 "error_bound": limit.error_bound,
                 "divisor": limit.divisor,
                 "theta_deg": limit.theta_deg,
@@ -84,8 +85,11 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
     }
     if let Some(limit) = &limit {
         eprintln!(
-            "energy limit: divided by {:.6}; albedo at most {:.6} (theta_i {:.1} degrees), error bound {:.1e}",
-            limit.divisor, limit.albedo, limit.theta_deg, limit.error_bound,
+            "energy limit: divided by {:.6}; albedo at most {:.6} (theta_i {:.2} degrees), {:.1e} of it allowed for the search",
+            limit.divisor,
+            limit.bound(),
+            limit.theta_deg,
+            limit.error_bound,
         );
     }
     output::print(&table(&values))

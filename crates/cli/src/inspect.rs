@@ -71,7 +71,7 @@ fn text(inspection: &Inspection) -> Result<String> {
     )?;
     writeln!(
         text,
-        "largest albedo {:.6} (theta_i {:.1} degrees), error bound {:.1e}; {}",
+        "reflects      at most {:.6} (theta_i {:.2} degrees), {:.1e} of it allowed for the search; {}",
         energy.max_albedo,
         energy.theta_deg,
         energy.error_bound,

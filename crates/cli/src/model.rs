@@ -9,8 +9,11 @@ use brood_bench::output;
 use brood_brdf::{
     Brdf, Claims, Model, ModelKind, Parameter, ParameterKind, ParameterScale, model_presets,
 };
-use brood_eval::{Quadrature, channel_albedos, direction_at, direction_pair, express};
+use brood_eval::{
+    EnergyLimit, Quadrature, channel_albedos, direction_at, direction_pair, energy_limit, express,
+};
 use brood_genome::{Genome, Output};
+use brood_program::Program;
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
@@ -44,7 +47,8 @@ pub struct AlbedoArgs {
 }
 
 /// Printed angles of incidence in degrees.
-const THETA_DEG: [f64; 11] = [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0];
+const THETA_DEG: [f64; 14] =
+    [0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 85.0, 89.0, 89.9, 89.99, 89.9999];
 
 /// Runs the command.
 pub fn run(command: &ModelCommand, json: bool) -> Result<()> {
@@ -160,6 +164,11 @@ fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
         let error = found.iter().zip(other).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         (theta, found, error)
     });
+    // Under the limit, the bound is that of the unlimited program divided by it, as for `inspect`.
+    let bound = match &material {
+        MaterialFile::Bred(genome) => Some(limit_of(genome)),
+        MaterialFile::Measured(..) => None,
+    };
     let Claims { reciprocal, conserving } = claims(&material);
     if json {
         let rows: Vec<Value> = rows
@@ -167,14 +176,28 @@ fn albedo(args: &AlbedoArgs, json: bool) -> Result<()> {
             .map(|(theta, albedo, error)| json!({ "theta_deg": theta, "albedo": albedo, "error": error }))
             .collect();
         return output::print_json(
-            &json!({ "reciprocal": reciprocal, "conserving": conserving, "rows": rows }),
+            &json!({ "reciprocal": reciprocal, "conserving": conserving, "rows": rows, "bound": bound.map(bound_json) }),
         );
     }
     let mut text = String::from("theta_deg,r,g,b,error\n");
     for (theta, [r, g, b], error) in rows {
         writeln!(text, "{theta},{r:.6},{g:.6},{b:.6},{error:.1e}")?;
     }
+    if let Some((limit, largest)) = bound {
+        writeln!(text, "# at most {largest:.6}, at {:.4} degrees", limit.theta_deg)?;
+    }
     output::print(&text)
+}
+
+/// Limit of a genome without `.limit`, and the upper bound of its albedo with it.
+fn limit_of(genome: &Genome) -> (EnergyLimit, f64) {
+    let limit = energy_limit(&Program::lower(genome));
+    let divisor = if genome.is_limited() { limit.divisor } else { 1.0 };
+    (limit, limit.bound() / divisor)
+}
+
+fn bound_json((limit, largest): (EnergyLimit, f64)) -> Value {
+    json!({ "max_albedo": largest, "error_bound": limit.error_bound, "theta_deg": limit.theta_deg })
 }
 
 /// Guaranteed properties: those of the model's source, or for a genome those of its layers and its

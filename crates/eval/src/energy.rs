@@ -11,7 +11,10 @@ mod hemisphere;
 mod limit;
 mod lobe;
 mod search;
+mod slope;
 mod subject;
+#[cfg(test)]
+mod tests;
 
 use std::sync::LazyLock;
 
@@ -21,11 +24,11 @@ use glam::DVec2;
 use rayon::prelude::*;
 
 pub use hemisphere::{Quadrature, direction_at, direction_pair};
-pub use limit::{EnergyLimit, Incidence};
+pub use limit::{EnergyLimit, FLATTEST_COS, Incidence};
 pub use lobe::LobeRule;
-pub use search::{ALBEDO_ORDER, Effort, LimitSearch, is_anisotropic};
+pub use search::{ALBEDO_ORDER, Effort, LimitSearch, Stage, UNBOUNDED_COS, is_anisotropic};
 
-use subject::Subject;
+use subject::{Fineness, Subject, largest};
 
 /// Search of the energy limit; its quadratures and samples are shared by all programs.
 static DEFAULT_SEARCH: LazyLock<LimitSearch> = LazyLock::new(|| LimitSearch::new(Effort::USUAL));
@@ -70,85 +73,19 @@ pub fn energy_limit(program: &Program) -> EnergyLimit {
 /// order.
 #[must_use]
 pub fn directional_albedo(program: &Program, place: &Incidence, order: usize) -> f64 {
-    Subject::new(program).albedos_at(&[*place], &Quadrature::new(order))[0]
+    largest(channels_at(program, place, order))
 }
 
 /// Returns the albedo of each channel for light at that angle from the normal, along u, at texture
 /// position 0.
 #[must_use]
 pub fn channel_albedos(program: &Program, theta_deg: f64, order: usize) -> [f64; 3] {
-    let place = Incidence { theta_deg, turn: 0.0, uv: DVec2::ZERO };
-    Subject::new(program).channels_at(&[place], &Quadrature::new(order))[0]
+    channels_at(program, &Incidence::at(theta_deg, 0.0, DVec2::ZERO), order)
 }
 
-#[cfg(test)]
-mod tests {
-    use std::f64::consts::PI;
-
-    use super::*;
-
-    fn program(code: &str) -> Program {
-        let text = format!("brood 1\n.dialect paper smooth registers 7\n{code}\n");
-        express(&text.parse().unwrap())
-    }
-
-    fn limit_of(code: &str) -> EnergyLimit {
-        energy_limit(&program(code))
-    }
-
-    #[test]
-    fn constant_is_divided_by_pi_times_itself() {
-        let found = limit_of(".const C0 2 1 0 0\nMOV R0, C0");
-        assert!((found.divisor - 4.0 * PI).abs() < 1e-4, "{found:?}");
-        assert!(limit_of(".const C0 0.5 0.5 0 0\nMOV R0, C0").divisor <= 1.0);
-        assert_eq!(limit_of("SUB R0, R0, R0").albedo, 0.0);
-    }
-
-    #[test]
-    fn maximum_at_normal_incidence_is_found() {
-        // g = cos_i + cos_o: the albedo is pi (c^2 + 4 c / 3 + 1 / 2), largest at c = 1.
-        let found = limit_of("MOV R0, R0.x");
-        let expected = PI * (1.0 + 4.0 / 3.0 + 0.5);
-        assert!((found.albedo - expected).abs() < 1e-6 * expected, "{found:?} {expected}");
-        assert!(found.divisor >= expected * (1.0 - 1e-6), "{found:?}");
-        assert!(found.theta_deg < 1.0, "{found:?}");
-    }
-
-    #[test]
-    fn texture_positions_are_searched_when_they_are_read() {
-        let found = limit_of("MOV R0, R1.z");
-        assert!((found.albedo - PI).abs() < 1e-6, "u = 1: {found:?}");
-        let v = limit_of("MOV R0, R1.w");
-        assert!((v.albedo - PI).abs() < 1e-6, "v = 1: {v:?}");
-        assert_eq!(found.samples, v.samples);
-        assert!(
-            limit_of("MOV R0, R0.x").samples < found.samples,
-            "coordinates that are not read are not searched"
-        );
-    }
-
-    #[test]
-    fn limited_program_reflects_at_most_what_it_receives() {
-        let bright = ".matrix 1 0 0 0 1 0 0 0.5 1\n.scale 2 1 1\n.offset 0.1 0 0\n.const C0 3 2 1 0\nMUL R0, R0.x, C0";
-        let free = limit_of(bright);
-        assert!(free.albedo > 1.0);
-        let limited = program(&format!(".limit on\n{bright}"));
-        let found = energy_limit(&limited);
-        assert!(found.albedo <= 1.0 && found.albedo > 0.98, "{found:?}");
-        assert_ne!(limited.hash(), program(bright).hash());
-        let dim = ".const C0 0.1 0.1 0.1 0\nMUL R0, R0.x, C0";
-        assert_eq!(
-            program(&format!(".limit on\n{dim}")),
-            program(dim),
-            "a dim program is not divided"
-        );
-    }
-
-    #[test]
-    fn limit_has_the_same_bits_on_any_number_of_threads() {
-        let program =
-            program(".const C0 3 2 1 0\nMUL R1, R0.xwyz, C0\nSIN R0.xy, R1.x\nADD R0, R0, R1.zwxy");
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        assert_eq!(pool.install(|| DEFAULT_SEARCH.run(&program)), DEFAULT_SEARCH.run(&program));
-    }
+fn channels_at(program: &Program, place: &Incidence, order: usize) -> [f64; 3] {
+    // Order 32 is as fine for programs as a spacing of 0.25 is for layers.
+    let rule = &search::rule_for(program, order);
+    let fineness = Fineness { rule, spacing: 8.0 / order as f64 };
+    Subject::new(program).albedos_at(&[*place], fineness).0[0]
 }

@@ -19,7 +19,7 @@ use brood_scene::SampleSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::lanes::LANES;
+use crate::lanes::{LANES, pairwise_sum};
 use crate::level::Level;
 use crate::rounding::round_to_f32;
 
@@ -99,6 +99,30 @@ impl Layers {
             machine.run(Add { sum: &mut sum, f: &f });
         }
         machine.run(Rounded { sum: &sum })
+    }
+
+    /// Returns the weighted sum of one layer's reflectance, in f64, before it is rounded. Values
+    /// are at least 0 and at most the largest square of a result. The sum has the same bits at
+    /// every level.
+    pub(crate) fn weighted_sum(
+        &self,
+        layer: usize,
+        pairs: &[DirectionPair],
+        weights: &[f64],
+        level: Level,
+    ) -> DVec3 {
+        let mut sums = [[0.0; LANES]; 3];
+        let mut block = Block::<LANES>::new();
+        for (pairs, weights) in pairs.chunks(LANES).zip(weights.chunks(LANES)) {
+            block.fill(level, pairs);
+            let f = self.models[layer].f_block(level, &block);
+            for (sums, f) in sums.iter_mut().zip(&f) {
+                for ((sum, f), weight) in sums.iter_mut().zip(f).zip(weights) {
+                    *sum += weight * if *f > 0.0 { f.min(LARGEST_SQUARE) } else { 0.0 };
+                }
+            }
+        }
+        DVec3::from(sums.map(pairwise_sum))
     }
 
     /// Evaluates the layers on each sample of a set that has directions.

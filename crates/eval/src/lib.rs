@@ -41,9 +41,9 @@ mod rounding;
 pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
-    ALBEDO_ORDER, Effort, EnergyLimit, Incidence, LimitSearch, LobeRule, Quadrature,
-    channel_albedos, direction_at, direction_pair, directional_albedo, energy_limit, express,
-    express_brood, is_anisotropic, limited,
+    ALBEDO_ORDER, Effort, EnergyLimit, FLATTEST_COS, Incidence, LimitSearch, LobeRule, Quadrature,
+    Stage, UNBOUNDED_COS, channel_albedos, direction_at, direction_pair, directional_albedo,
+    energy_limit, express, express_brood, is_anisotropic, limited,
 };
 pub use evaluator::{EvalError, EvalResult, Evaluator};
 pub use film::{

@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 /// Largest directional albedo: the share of light from one direction that is reflected.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct Energy {
-    /// Largest directional albedo over incident directions, channels and, if the program reads
-    /// them, texture positions in [0, 1]^2; after the energy limit if the genome has one.
+    /// Upper bound of the directional albedo over incident directions, channels and, if the program
+    /// reads them, texture positions in [0, 1]^2; after the energy limit if the genome has one.
     pub max_albedo: f64,
-    /// Largest directional albedo before the energy limit.
+    /// The same bound before the energy limit.
     pub unlimited_albedo: f64,
-    /// Estimated relative error bound of both albedos (docs/maths/energy.md).
+    /// Part of both bounds that is an allowance for what the search may have missed, relative to the
+    /// largest albedo found (docs/maths/energy.md).
     pub error_bound: f64,
     /// Divisor of f; 1 without the limit.
     pub divisor: f64,
@@ -33,8 +34,8 @@ impl Energy {
         let limited = genome.is_limited();
         let divisor = if limited { free.divisor } else { 1.0 };
         Self {
-            max_albedo: free.albedo / divisor,
-            unlimited_albedo: free.albedo,
+            max_albedo: free.bound() / divisor,
+            unlimited_albedo: free.bound(),
             error_bound: free.error_bound,
             divisor,
             theta_deg: free.theta_deg,

@@ -96,6 +96,28 @@ impl Program {
         Self { output: Output::IDENTITY, layers: Vec::new(), ..self.clone() }
     }
 
+    /// Returns the program at one texture position: the inputs u and v become constants. The values
+    /// have the same bits as those of samples at that position; the code is not in canonical order.
+    #[must_use]
+    pub fn at_texture_position(&self, u: f32, v: f32) -> Self {
+        let mut program = self.clone();
+        let first = u16::try_from(program.constants.len())
+            .expect("a program has far fewer constants than operands can number");
+        let constant = |value: f32| Constant { canonical: value, reference: f64::from(value) };
+        program.constants.extend([constant(u), constant(v)]);
+        let fixed = |operand: &mut Operand| match operand {
+            Operand::Input(Input::U) => *operand = Operand::Constant(first),
+            Operand::Input(Input::V) => *operand = Operand::Constant(first + 1),
+            Operand::Input(_) | Operand::Step(_) | Operand::Constant(_) => {}
+        };
+        for step in &mut program.steps {
+            fixed(&mut step.a);
+            fixed(&mut step.b);
+        }
+        program.results.iter_mut().for_each(fixed);
+        program
+    }
+
     /// Returns the number of scalar operations per sample, without the squares and the output
     /// stage.
     #[must_use]

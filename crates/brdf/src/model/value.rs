@@ -212,6 +212,32 @@ impl Model {
         model
     }
 
+    /// True if the directional albedo stays finite as the light nears the horizon. Highlights that
+    /// are divided by cos_i, or by a root of it, reflect without bound there.
+    #[must_use]
+    pub fn is_bounded_at_horizon(&self) -> bool {
+        match self.kind {
+            ModelKind::Phong
+            | ModelKind::BlinnPhong
+            | ModelKind::ReflectedBlinnPhong
+            | ModelKind::Sgd => false,
+            ModelKind::Ward => {
+                let form = self.parameters().find(|(parameter, _)| parameter.name == "form");
+                form.and_then(|(form, values)| form.word(values)) == Some("bounded")
+            }
+            ModelKind::Lambert
+            | ModelKind::OrenNayar
+            | ModelKind::NormalisedBlinnPhong
+            | ModelKind::CookTorrance
+            | ModelKind::Conductor
+            | ModelKind::Coated
+            | ModelKind::RoughPlastic
+            | ModelKind::Principled
+            | ModelKind::AshikhminShirley
+            | ModelKind::Abc => true,
+        }
+    }
+
     /// Computes everything that does not depend on directions.
     #[must_use]
     pub fn prepare(&self) -> PreparedModel {

@@ -51,11 +51,6 @@ impl Quadrature {
         &self.directions
     }
 
-    /// Returns the number of rings.
-    pub(super) fn order(&self) -> usize {
-        self.weights.len()
-    }
-
     /// Returns the directions with their weights of f.
     pub(super) fn weighted(&self) -> impl Iterator<Item = (DVec3, f64)> {
         let azimuths = self.directions.len() / self.weights.len();

@@ -4,71 +4,114 @@ use std::sync::OnceLock;
 
 use brood_brdf::Input;
 use brood_program::Program;
-use brood_scene::SampleSet;
-use glam::DVec2;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 use super::hemisphere::Quadrature;
-use super::limit::{EnergyLimit, Incidence};
-use super::subject::{self, Subject};
+use super::limit::{EnergyLimit, Incidence, tilt_of};
+use super::lobe::LobeRule;
+use super::subject::{Fineness, ProgramRule, Samples, Subject, largest};
 
 /// Inputs that change when the surface turns about its normal; a program without them is isotropic.
 const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
-/// Largest angle of incidence in degrees; the integral is ill-defined at grazing incidence.
-const THETA_MAX_DEG: f64 = 89.5;
+/// Tilts near the normal that are searched for programs. Within 2^-20 radians, normalised tangential
+/// parts fade to 0; reciprocals and logarithms of inputs that are 0 at the normal vary in equal
+/// ratios of the tilt.
+const NEAR_TILTS: [f64; 6] = [2e-7, 5e-7, 8e-7, 1e-5, 4e-4, 6e-3];
+/// Cosine of the flattest incident direction, if a layer reflects without bound at the horizon.
+pub const UNBOUNDED_COS: f64 = 1e-4;
+/// Inputs that vary fast near the mirror direction.
+const HIGHLIGHT: [Input; 4] =
+    [Input::LogTanHalf, Input::NormalDotHalf, Input::CosineDifference, Input::MirrorAsymmetry];
 /// Highest order of the measurement.
 pub const ALBEDO_ORDER: usize = 128;
-/// Orders of the measurement, each twice the one before.
-const ORDERS: [usize; 4] = [16, 32, 64, ALBEDO_ORDER];
+/// Orders of the measurement, each twice the one before; see [`rule`] for highlights.
+const ORDERS: [usize; 3] = [32, 64, ALBEDO_ORDER];
+/// Spacings of the nodes for layers in the measurement, each half the one before.
+const SPACINGS: [f64; 3] = [0.25, 0.125, 0.0625];
 /// Relative error of f32 values and of the divided output stage.
 const ROUNDING: f64 = 1.0 / (1u64 << 20) as f64;
 /// Relative change at which the measurement ends, from one order to twice that order.
 const SETTLED: f64 = 1e-4;
 
 /// Number of directions, positions and steps of the search before the albedo is measured.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Number of angles from the normal on the grid.
-    pub thetas: usize,
+    /// Number of steps of the angle from the normal to 80 degrees.
+    pub steep: usize,
+    /// Number of steps of the logarithm of the cosine from there to the horizon.
+    pub flat: usize,
     /// Number of azimuths on the grid, over half a turn: the other half changes no input.
     pub azimuths: usize,
-    /// Number of texture positions along a side of [0, 1]^2.
+    /// Number of texture positions along a side of [0, 1]^2, if both are read.
     pub uv_side: usize,
     /// Order of the quadrature on the grid.
     pub grid_order: usize,
-    /// Number of places of the grid that the pattern search starts from.
+    /// Spacing of the nodes for layers on the grid.
+    pub grid_spacing: f64,
+    /// Number of places of the grid that the climb starts from.
     pub starts: usize,
-    /// Number of halvings of the step of the pattern search.
-    pub halvings: u32,
-    /// Order of the quadrature of the pattern search.
-    pub search_order: usize,
+    /// Stages of the climb.
+    pub stages: [Stage; 2],
+}
+
+/// A stage of the climb: each of its steps is half as long as the one before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// Order of the quadrature.
+    pub order: usize,
+    /// Spacing of the nodes for layers.
+    pub spacing: f64,
+    /// Number of places that each step starts from.
+    pub climbers: [usize; 3],
 }
 
 impl Effort {
-    /// Effort of the energy limit, chosen by `brood bench pareto --sweep albedo`.
+    /// Effort of the energy limit, chosen by `brood bench pareto --sweep limit`.
     pub const USUAL: Self = Self {
-        thetas: 16,
+        steep: 16,
+        flat: 10,
         azimuths: 8,
-        uv_side: 5,
+        uv_side: 6,
         grid_order: 8,
-        starts: 8,
-        halvings: 6,
-        search_order: 16,
+        grid_spacing: 0.5,
+        starts: 24,
+        stages: [
+            Stage { order: 16, spacing: 0.35, climbers: [10, 6, 4] },
+            Stage { order: 32, spacing: 0.25, climbers: [4, 2, 2] },
+        ],
     };
 }
 
-/// The places of the grid at one texture position, and their samples: the same for all programs.
-type Tile = (Vec<Incidence>, SampleSet);
+/// The incident directions of the grid and their samples: the same for all programs.
+#[derive(Debug)]
+struct Tile {
+    /// Tilts, ascending.
+    tilts: Vec<f64>,
+    azimuths: usize,
+    /// By tilt, then by azimuth.
+    places: Vec<Incidence>,
+    samples: Samples,
+}
+
+/// Quadratures over outgoing directions.
+#[derive(Debug)]
+struct Rules {
+    grid: ProgramRule,
+    /// By [`Effort::stages`].
+    climb: [ProgramRule; 2],
+    /// Quadratures of the measurement, by [`ORDERS`], created at first use.
+    measuring: [OnceLock<ProgramRule>; ORDERS.len()],
+}
 
 /// Search for the largest albedo, with the data that all programs share.
 #[derive(Debug)]
 pub struct LimitSearch {
     effort: Effort,
-    grid_rule: Quadrature,
-    search_rule: Quadrature,
-    /// Quadratures of the measurement, by [`ORDERS`], created at first use.
-    measuring: [OnceLock<Quadrature>; ORDERS.len()],
-    /// Tiles without azimuths, then those with; each by texture position.
-    tiles: [Vec<OnceLock<Tile>>; 2],
+    /// For programs without highlights, and with.
+    rules: [Rules; 2],
+    /// By highlights (without, with), then by azimuths, then by programs.
+    tiles: [OnceLock<Tile>; 8],
 }
 
 impl LimitSearch {
@@ -78,14 +121,15 @@ impl LimitSearch {
     /// If the effort has no directions or starts.
     #[must_use]
     pub fn new(effort: Effort) -> Self {
-        assert!(effort.thetas > 1 && effort.uv_side > 1 && effort.starts > 0, "{effort:?}");
-        let tiles = || (0..effort.uv_side * effort.uv_side).map(|_| OnceLock::new()).collect();
+        assert!(effort.steep > 1 && effort.uv_side > 1 && effort.starts > 0, "{effort:?}");
         Self {
             effort,
-            grid_rule: Quadrature::new(effort.grid_order),
-            search_rule: Quadrature::new(effort.search_order),
-            measuring: Default::default(),
-            tiles: [tiles(), tiles()],
+            rules: [false, true].map(|highlight| Rules {
+                grid: rule(effort.grid_order, highlight),
+                climb: effort.stages.map(|stage| rule(stage.order, highlight)),
+                measuring: Default::default(),
+            }),
+            tiles: Default::default(),
         }
     }
 
@@ -96,86 +140,157 @@ impl LimitSearch {
         let subject = Subject::new(program);
         let mut samples = 0;
         let starts = self.best_of_grid(&subject, axes, &mut samples);
-        let (place, gain) = self.climb(&subject, starts, axes, &mut samples);
-        let (albedo, change) = self.measure(&subject, place, &mut samples);
-        // The gain of the last step bounds that of further steps.
-        let error_bound = if albedo > 0.0 { (change + gain) / albedo + ROUNDING } else { 0.0 };
+        let Some((place, evidence)) = self.climb(&subject, starts, axes, &mut samples) else {
+            // No light is reflected from any direction of the grid.
+            let place = Incidence { tilt: 0.0, turn: 0.0, uv: DVec2::ZERO };
+            let none = EnergyLimit {
+                albedo: 0.0,
+                error_bound: 0.0,
+                divisor: 1.0,
+                theta_deg: 0.0,
+                samples,
+            };
+            return (none, place);
+        };
+        let (albedo, change) = self.measure(&subject, place, axes, &mut samples);
+        let error_bound = evidence.error_bound(change / albedo, subject.squares().is_some());
         let divisor = (albedo * (1.0 + error_bound)).max(1.0);
-        let theta_deg = place.theta_deg;
+        let theta_deg = place.theta_deg();
         (EnergyLimit { albedo, error_bound, divisor, theta_deg, samples }, place)
     }
 
-    /// Returns the places of the grid with the largest albedos, largest first.
+    /// Returns the peaks of the grid, best first: places with no larger neighbour, in the order of
+    /// the albedos that parabolas through the neighbours reach between the places of the grid.
     fn best_of_grid(
         &self,
         subject: &Subject<'_>,
         axes: Axes,
         samples: &mut usize,
-    ) -> Vec<Incidence> {
-        let mut ranked: Vec<(Incidence, f64)> = Vec::new();
-        for (places, set) in self.grid(axes) {
-            *samples += places.len() * subject.samples(&self.grid_rule);
-            let found = subject.albedos(places, set, &self.grid_rule);
-            ranked.extend(places.iter().copied().zip(found));
+    ) -> Vec<(Incidence, f64)> {
+        let tile = self.tile(axes);
+        let (of_layers, nodes) = self.layers_on(tile, subject, axes);
+        *samples += nodes;
+        let (across, up) = (self.along(axes, axes.u), self.along(axes, axes.v));
+        let positions: Vec<DVec2> =
+            across.iter().flat_map(|u| up.iter().map(move |v| DVec2::new(*u, *v))).collect();
+        let albedos = match subject.squares() {
+            None => of_layers.iter().map(|layers| largest(subject.stage(*layers))).collect(),
+            Some(squares) => {
+                *samples += positions.len() * tile.samples.len();
+                let at = |uv: &DVec2| -> Vec<f64> {
+                    #[expect(clippy::cast_possible_truncation, reason = "rounded as inputs are")]
+                    let squares = squares.at_texture_position(uv.x as f32, uv.y as f32);
+                    let found = tile.samples.albedos(&squares);
+                    let both = found.into_iter().zip(&of_layers);
+                    both.map(|(squares, layers)| largest(subject.stage(squares + *layers)))
+                        .collect()
+                };
+                positions.par_iter().map(at).collect::<Vec<_>>().concat()
+            }
+        };
+        let rings = tile.tilts.iter().take_while(|tilt| **tilt <= axes.tilt_max).count();
+        let lattice = Lattice {
+            sides: [across.len(), up.len(), tile.tilts.len(), tile.azimuths],
+            rings,
+            albedos: &albedos,
+        };
+        let place = |index: usize| {
+            let uv = positions[index / tile.places.len()];
+            (Incidence { uv, ..tile.places[index % tile.places.len()] }, albedos[index])
+        };
+        let mut starts = lattice.peaks(self.effort.starts);
+        if subject.squares().is_none() {
+            // On the grid, the quadrature of layers is too coarse to decide between near values.
+            lattice.add_largest(&mut starts, self.effort.starts);
         }
-        // A stable sort keeps the first of equal places first.
-        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
-        ranked.into_iter().take(self.effort.starts).map(|(place, _)| place).collect()
+        starts.into_iter().map(place).collect()
     }
 
-    /// Runs a pattern search from each start and returns the best place and the gain of the last
-    /// step.
+    /// Returns the albedos of the layers on the grid. They are the same at opposite azimuths.
+    fn layers_on(&self, tile: &Tile, subject: &Subject<'_>, axes: Axes) -> (Vec<DVec3>, usize) {
+        let azimuths = tile.azimuths;
+        // Models are symmetric about the u axis, so half of the azimuths suffice.
+        let mirrored = |index: usize| {
+            let (ring, step) = (index / azimuths, index % azimuths);
+            ring * azimuths + step.min((azimuths - step) % azimuths)
+        };
+        let wanted: Vec<usize> = (0..tile.places.len())
+            .filter(|index| mirrored(*index) == *index && tile.places[*index].tilt <= axes.tilt_max)
+            .collect();
+        let places: Vec<Incidence> = wanted.iter().map(|index| tile.places[*index]).collect();
+        let (found, samples) = subject.layers_at(&places, self.effort.grid_spacing);
+        let at = |index: usize| {
+            wanted.binary_search(&mirrored(index)).map_or(DVec3::ZERO, |found_at| found[found_at])
+        };
+        ((0..tile.places.len()).map(at).collect(), samples)
+    }
+
+    /// Runs a pattern search from each start and returns the best place, or `None` if no light is
+    /// reflected at any of them.
     fn climb(
         &self,
         subject: &Subject<'_>,
-        starts: Vec<Incidence>,
+        starts: Vec<(Incidence, f64)>,
         axes: Axes,
         samples: &mut usize,
-    ) -> (Incidence, f64) {
-        let mut measure = |places: &[Incidence]| {
-            *samples += places.len() * subject.samples(&self.search_rule);
-            subject.albedos_at(places, &self.search_rule)
-        };
-        let at_start = measure(&starts);
-        let mut ranked: Vec<(Incidence, f64)> = starts.into_iter().zip(at_start).collect();
-        let mut step = self.first_step();
-        let mut gain = 0.0;
-        for _ in 0..self.effort.halvings {
-            let before = best(&ranked).1;
-            let candidates: Vec<Vec<Incidence>> =
-                ranked.iter().map(|(place, _)| neighbours(place, &step, axes)).collect();
-            let all = candidates.concat();
-            let mut found = all.iter().copied().zip(measure(&all));
-            for ((place, albedo), candidates) in ranked.iter_mut().zip(&candidates) {
-                for (other, value) in found.by_ref().take(candidates.len()) {
-                    if value > *albedo {
-                        (*place, *albedo) = (other, value);
-                    }
-                }
-            }
-            gain = best(&ranked).1 - before;
-            step.theta_deg *= 0.5;
-            step.turn *= 0.5;
-            step.uv *= 0.5;
+    ) -> Option<(Incidence, Evidence)> {
+        if starts.is_empty() {
+            return None;
         }
-        (best(&ranked).0, gain)
+        let mut ranked: Vec<(Incidence, f64)> = starts;
+        let mut step = self.first_step(axes);
+        let mut evidence = Evidence::default();
+        let mut first = 0.0;
+        for (index, stage) in self.effort.stages.iter().enumerate() {
+            let rule = &self.rules[usize::from(axes.highlight)].climb[index];
+            let fineness = Fineness { rule, spacing: stage.spacing };
+            let mut measure = |places: &[Incidence]| -> Vec<f64> {
+                let (albedos, count) = subject.albedos_at(places, fineness);
+                *samples += count;
+                albedos.into_iter().map(largest).collect()
+            };
+            evidence.noise[index] = remeasure(&mut ranked, &mut measure);
+            if index == 0 {
+                first = best(&ranked);
+            }
+            for climbers in stage.climbers {
+                ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+                ranked.truncate(climbers);
+                let before = best(&ranked);
+                climb_step(&mut ranked, &step, axes, &mut measure);
+                evidence.gain = best(&ranked) / before - 1.0;
+                step.tilt *= 0.5;
+                step.turn *= 0.5;
+                step.uv *= 0.5;
+            }
+            ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
+        }
+        evidence.rise = libm::log(best(&ranked) / first).max(0.0);
+        (best(&ranked) > 0.0).then(|| (ranked[0].0, evidence))
     }
 
     /// Measures the albedo at a place with growing orders and returns it with an error estimate.
-    fn measure(&self, subject: &Subject<'_>, place: Incidence, samples: &mut usize) -> (f64, f64) {
-        let mut measure = |(order, rule): (&usize, &OnceLock<Quadrature>)| {
-            let rule = rule.get_or_init(|| Quadrature::new(*order));
-            *samples += subject.samples(rule);
-            subject.albedos_at(&[place], rule)[0]
-        };
-        let mut rules = ORDERS.iter().zip(&self.measuring);
-        let mut albedo = rules.next().map_or(0.0, &mut measure);
+    fn measure(
+        &self,
+        subject: &Subject<'_>,
+        place: Incidence,
+        axes: Axes,
+        samples: &mut usize,
+    ) -> (f64, f64) {
+        let rules = &self.rules[usize::from(axes.highlight)].measuring;
+        let mut albedo = 0.0;
         let mut changes = [0.0; 2];
-        for rule in rules {
-            let finer = measure(rule);
-            changes = [changes[1], (finer - albedo).abs()];
+        for (index, order) in ORDERS.iter().enumerate() {
+            let rule = rules[index].get_or_init(|| rule(*order, axes.highlight));
+            let spacing = SPACINGS[index.min(SPACINGS.len() - 1)];
+            let (found, count) = subject.albedos_at(&[place], Fineness { rule, spacing });
+            *samples += count;
+            let finer = largest(found[0]);
+            if index > 0 {
+                changes = [changes[1], (finer - albedo).abs()];
+            }
             albedo = finer;
-            if changes[1] <= SETTLED * albedo {
+            if index > 0 && changes[1] <= SETTLED * albedo {
                 break;
             }
         }
@@ -185,45 +300,264 @@ impl LimitSearch {
     }
 
     /// Returns half of the spacing of the grid.
-    fn first_step(&self) -> Incidence {
-        let Effort { thetas, azimuths, uv_side, .. } = self.effort;
+    fn first_step(&self, axes: Axes) -> Incidence {
+        let Effort { steep, azimuths, .. } = self.effort;
+        let along = |on: bool| if on { 0.5 / (self.side(axes) - 1) as f64 } else { 0.0 };
         Incidence {
-            theta_deg: 0.5 * THETA_MAX_DEG / (thetas - 1) as f64,
+            tilt: 0.5 / steep as f64,
             turn: 0.25 / azimuths as f64,
-            uv: DVec2::splat(0.5 / (uv_side - 1) as f64),
+            uv: DVec2::new(along(axes.u), along(axes.v)),
         }
     }
 
-    /// Returns the tiles of the grid, one if the program reads no texture position.
-    fn grid(&self, axes: Axes) -> impl Iterator<Item = &Tile> {
-        let tiles = &self.tiles[usize::from(axes.azimuth)];
-        let side = self.effort.uv_side;
-        let matters = move |index: &usize| {
-            (axes.u || index.is_multiple_of(side)) && (axes.v || index / side == 0)
-        };
-        let tile = move |index: usize| {
-            tiles[index].get_or_init(|| {
-                let along = |index: usize| index as f64 / (side - 1) as f64;
-                let uv = DVec2::new(along(index % side), along(index / side));
-                self.tile(axes.azimuth, uv)
-            })
-        };
-        (0..side * side).filter(matters).map(tile)
+    /// Number of texture positions along an axis that is read: more if fewer axes are searched.
+    fn side(&self, axes: Axes) -> usize {
+        let Effort { uv_side, .. } = self.effort;
+        match (axes.azimuth, axes.u && axes.v) {
+            (true, true) => uv_side,
+            (true, false) => 4 * uv_side,
+            (false, true) => 2 * uv_side + uv_side / 2,
+            (false, false) => 16 * uv_side,
+        }
     }
 
-    /// Creates the places at one texture position and their samples.
-    fn tile(&self, azimuth: bool, uv: DVec2) -> Tile {
-        let Effort { thetas, azimuths, .. } = self.effort;
-        let azimuths = if azimuth { azimuths } else { 1 };
-        let angles = (0..thetas).map(|ring| THETA_MAX_DEG * ring as f64 / (thetas - 1) as f64);
-        let turns = |theta_deg| {
-            let turn = move |step| 0.5 * step as f64 / azimuths as f64;
-            (0..azimuths).map(move |step| Incidence { theta_deg, turn: turn(step), uv })
-        };
-        let places: Vec<Incidence> = angles.flat_map(turns).collect();
-        let set = subject::samples(&places, &self.grid_rule);
-        (places, set)
+    /// Returns the texture positions of the grid along an axis.
+    fn along(&self, axes: Axes, on: bool) -> Vec<f64> {
+        let side = self.side(axes);
+        let count = if on { side } else { 1 };
+        (0..count).map(|index| index as f64 / (side - 1) as f64).collect()
     }
+
+    /// Returns the directions of the grid.
+    fn tile(&self, axes: Axes) -> &Tile {
+        let kind = [axes.highlight, axes.azimuth, axes.program];
+        let kind = kind.into_iter().fold(0, |kind, on| 2 * kind + usize::from(on));
+        self.tiles[kind].get_or_init(|| {
+            let Effort { steep, flat, azimuths, .. } = self.effort;
+            let azimuths = if axes.azimuth { azimuths } else { 1 };
+            let steep = (0..=steep).map(|step| step as f64 / steep as f64);
+            let flat = (1..=flat).map(|step| 1.0 + step as f64 / flat as f64);
+            let mut tilts: Vec<f64> = steep.chain(flat).chain([tilt_of(UNBOUNDED_COS)]).collect();
+            if axes.program {
+                tilts.extend(NEAR_TILTS);
+            }
+            tilts.sort_by(f64::total_cmp);
+            let turns = |tilt: &f64| {
+                let (tilt, turn) = (*tilt, move |step| 0.5 * step as f64 / azimuths as f64);
+                (0..azimuths).map(move |step| Incidence { tilt, turn: turn(step), uv: DVec2::ZERO })
+            };
+            let places: Vec<Incidence> = tilts.iter().flat_map(turns).collect();
+            let samples = self.rules[usize::from(axes.highlight)].grid.samples(&places);
+            Tile { tilts, azimuths, places, samples }
+        })
+    }
+}
+
+/// Albedos on the grid.
+struct Lattice<'a> {
+    /// Numbers of places along u, v, tilt and azimuth; the last axis is cyclic.
+    sides: [usize; 4],
+    /// Number of tilts that are searched.
+    rings: usize,
+    albedos: &'a [f64],
+}
+
+impl Lattice<'_> {
+    /// Returns the indices of the best peaks, best first.
+    fn peaks(&self, count: usize) -> Vec<usize> {
+        let mut found: Vec<(usize, f64)> =
+            (0..self.albedos.len()).filter_map(|index| Some((index, self.peak(index)?))).collect();
+        // A stable sort keeps the first of equal places first.
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        found.into_iter().take(count).map(|(index, _)| index).collect()
+    }
+
+    /// Adds the places with the largest albedos until there are `count`.
+    fn add_largest(&self, starts: &mut Vec<usize>, count: usize) {
+        let searched = |index: &usize| index / self.sides[3] % self.sides[2] < self.rings;
+        let mut all: Vec<usize> = (0..self.albedos.len()).filter(searched).collect();
+        all.sort_by(|a, b| self.albedos[*b].total_cmp(&self.albedos[*a]));
+        for index in all.into_iter().take(count) {
+            if starts.len() < count && self.albedos[index] > 0.0 && !starts.contains(&index) {
+                starts.push(index);
+            }
+        }
+    }
+
+    /// Returns the albedo that parabolas of its logarithm reach near a place, or `None` if a
+    /// neighbour has a larger albedo.
+    fn peak(&self, index: usize) -> Option<f64> {
+        let middle = self.albedos[index];
+        let ring = index / self.sides[3] % self.sides[2];
+        if ring >= self.rings || middle <= 0.0 {
+            return None;
+        }
+        let mut rise = 0.0;
+        let mut stride = 1;
+        for axis in (0..4).rev() {
+            let side = self.sides[axis];
+            let at = index / stride % side;
+            let end = if axis == 2 { self.rings } else { side };
+            let neighbour = |at: usize, to: usize| self.albedos[index + to * stride - at * stride];
+            let below = (at > 0).then(|| neighbour(at, at - 1));
+            let above = (at + 1 < end).then(|| neighbour(at, at + 1));
+            let is_cyclic = axis == 3 && side > 2;
+            let below = below.or_else(|| is_cyclic.then(|| neighbour(at, side - 1)));
+            let above = above.or_else(|| is_cyclic.then(|| neighbour(at, 0)));
+            if below.is_some_and(|below| below > middle)
+                || above.is_some_and(|above| above > middle)
+            {
+                return None;
+            }
+            if let (Some(below), Some(above)) = (below, above) {
+                rise += log_rise(below, middle, above);
+            }
+            stride *= side;
+        }
+        Some(libm::log(middle) + rise)
+    }
+}
+
+/// Rise of the logarithm from the middle of three places to the top of the parabola through them.
+fn log_rise(below: f64, middle: f64, above: f64) -> f64 {
+    let log = |albedo: f64| libm::log((albedo / middle).max(f64::MIN_POSITIVE));
+    let (below, above) = (log(below), log(above));
+    let bend = -(below + above);
+    if bend > 0.0 { (above - below) * (above - below) / (8.0 * bend) } else { 0.0 }
+}
+
+/// Signs of how much larger than the largest albedo found the maximum may be.
+#[derive(Debug, Clone, Copy, Default)]
+struct Evidence {
+    /// Largest change of the logarithm of the albedo of a start by the finer quadrature of each
+    /// stage.
+    noise: [f64; 2],
+    /// Rise of the logarithm of the largest albedo from the best start to the end of the climb.
+    rise: f64,
+    /// Relative gain of the last step, which bounds that of further steps.
+    gain: f64,
+}
+
+impl Evidence {
+    /// Returns the relative error bound of the albedo, given its relative change by the last
+    /// doubling of the order.
+    fn error_bound(&self, change: f64, is_program: bool) -> f64 {
+        let settled = 2.0 * change + self.gain + ROUNDING;
+        if !is_program {
+            // Albedos of layers are smooth: only the last stage's quadrature can mislead.
+            return settled + 0.5 * self.noise[1];
+        }
+        // Where a finer quadrature or a short climb changes albedos much, the grid may as well have
+        // missed a higher peak: docs/maths/energy.md has the counts.
+        let missed = 0.8 * self.noise[0] + self.noise[1] + 0.25 * self.rise;
+        settled + libm::expm1(missed.min(LARGEST_MISS))
+    }
+}
+
+/// Bound of the logarithm of the ratio of a missed peak to the one found.
+const LARGEST_MISS: f64 = 5.0;
+
+/// Largest albedo of some places.
+fn best(ranked: &[(Incidence, f64)]) -> f64 {
+    ranked.iter().map(|(_, albedo)| *albedo).fold(0.0, f64::max)
+}
+
+/// Measures places again and returns the largest change of the logarithm of the albedo, among those
+/// with at least half of the largest albedo.
+fn remeasure(
+    ranked: &mut [(Incidence, f64)],
+    measure: &mut impl FnMut(&[Incidence]) -> Vec<f64>,
+) -> f64 {
+    let places: Vec<Incidence> = ranked.iter().map(|(place, _)| *place).collect();
+    let found = measure(&places);
+    let before: Vec<f64> = ranked.iter().map(|(_, albedo)| *albedo).collect();
+    for ((_, albedo), found) in ranked.iter_mut().zip(found) {
+        *albedo = found;
+    }
+    let enough = 0.5 * best(ranked);
+    let both = ranked.iter().map(|(_, albedo)| *albedo).zip(before);
+    both.filter(|(albedo, _)| *albedo > enough)
+        .map(|(albedo, before)| libm::log(albedo / before.max(f64::MIN_POSITIVE)).abs())
+        .fold(0.0, f64::max)
+}
+
+/// Moves each place to the best of its neighbours and of the top of the parabolas through them, if
+/// that is better.
+fn climb_step(
+    ranked: &mut [(Incidence, f64)],
+    step: &Incidence,
+    axes: Axes,
+    measure: &mut impl FnMut(&[Incidence]) -> Vec<f64>,
+) {
+    let around: Vec<Vec<[Incidence; 2]>> =
+        ranked.iter().map(|(place, _)| axes.neighbours(place, step)).collect();
+    let places: Vec<Incidence> = around.iter().flatten().flatten().copied().collect();
+    let found = measure(&places);
+    let mut found = found.chunks_exact(2);
+    let mut peaks = Vec::with_capacity(ranked.len());
+    for ((place, albedo), pairs) in ranked.iter_mut().zip(&around) {
+        let centre = (*place, *albedo);
+        let mut peak = centre.0;
+        for pair in pairs {
+            let values = found.next().expect("each neighbour has been measured");
+            for (other, value) in pair.iter().zip(values) {
+                if *value > *albedo {
+                    (*place, *albedo) = (*other, *value);
+                }
+            }
+            peak = towards_peak(peak, &centre.0, pair, [values[0], centre.1, values[1]]);
+        }
+        peaks.push(axes.clamped(peak));
+    }
+    let values = measure(&peaks);
+    for ((place, albedo), (other, value)) in ranked.iter_mut().zip(peaks.into_iter().zip(values)) {
+        if value > *albedo {
+            (*place, *albedo) = (other, value);
+        }
+    }
+}
+
+/// Moves `peak` along the axis of a pair of neighbours to the top of the parabola through the
+/// albedos at the first neighbour, the centre and the second.
+fn towards_peak(
+    peak: Incidence,
+    centre: &Incidence,
+    [below, above]: &[Incidence; 2],
+    [low, middle, high]: [f64; 3],
+) -> Incidence {
+    let log =
+        |albedo: f64| libm::log((albedo / middle.max(f64::MIN_POSITIVE)).max(f64::MIN_POSITIVE));
+    let (low, high) = (log(low), log(high));
+    let middle = 0.0;
+    let bend = low - 2.0 * middle + high;
+    let share = if bend < 0.0 {
+        (0.5 * (low - high) / bend).clamp(-1.0, 1.0)
+    } else if high > low {
+        1.0
+    } else {
+        -1.0
+    };
+    let other = if share > 0.0 { above } else { below };
+    let share = share.abs();
+    Incidence {
+        tilt: peak.tilt + share * (other.tilt - centre.tilt),
+        turn: peak.turn + share * (other.turn - centre.turn),
+        uv: peak.uv + share * (other.uv - centre.uv),
+    }
+}
+
+/// Returns the quadrature of an order. For highlights, it has 5/8 of the order and about as
+/// many nodes.
+fn rule(order: usize, highlight: bool) -> ProgramRule {
+    match highlight {
+        true => ProgramRule::Highlight(LobeRule::new((5 * order).div_ceil(8))),
+        false => ProgramRule::Even(Quadrature::new(order)),
+    }
+}
+
+/// Returns the quadrature for a program.
+pub(super) fn rule_for(program: &Program, order: usize) -> ProgramRule {
+    rule(order, Axes::of(program).highlight)
 }
 
 /// True if anything that the program reads changes when the surface turns about its normal;
@@ -241,36 +575,63 @@ struct Axes {
     azimuth: bool,
     u: bool,
     v: bool,
+    /// True if there is a program beside the layers.
+    program: bool,
+    /// True if an input varies fast near the mirror direction.
+    highlight: bool,
+    /// Largest tilt.
+    tilt_max: f64,
 }
 
 impl Axes {
     fn of(program: &Program) -> Self {
         let inputs = program.inputs();
         let reads = |input| inputs.contains(input);
-        Self { azimuth: is_anisotropic(program), u: reads(Input::U), v: reads(Input::V) }
-    }
-}
-
-/// Returns the places one step away along each axis.
-fn neighbours(place: &Incidence, step: &Incidence, axes: Axes) -> Vec<Incidence> {
-    let mut all = Vec::new();
-    for sign in [-1.0, 1.0] {
-        let theta_deg = (place.theta_deg + sign * step.theta_deg).clamp(0.0, THETA_MAX_DEG);
-        all.push(Incidence { theta_deg, ..*place });
-        if axes.azimuth {
-            all.push(Incidence { turn: place.turn + sign * step.turn, ..*place });
-        }
-        for (_, axis) in [(axes.u, DVec2::X), (axes.v, DVec2::Y)].into_iter().filter(|(on, _)| *on)
-        {
-            let uv = (place.uv + axis * step.uv * sign).clamp(DVec2::ZERO, DVec2::ONE);
-            all.push(Incidence { uv, ..*place });
+        let is_unbounded = program.layers().iter().any(|model| !model.is_bounded_at_horizon());
+        Self {
+            azimuth: is_anisotropic(program),
+            u: reads(Input::U),
+            v: reads(Input::V),
+            program: !program.steps().is_empty(),
+            highlight: HIGHLIGHT.into_iter().any(reads),
+            tilt_max: if is_unbounded { tilt_of(UNBOUNDED_COS) } else { 2.0 },
         }
     }
-    all
-}
 
-fn best(found: &[(Incidence, f64)]) -> (Incidence, f64) {
-    // The first of equal places, for any number of places.
-    let best = found.iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
-    *best.expect("a search has at least one start")
+    /// Returns the place within the domain.
+    fn clamped(&self, place: Incidence) -> Incidence {
+        Incidence {
+            tilt: place.tilt.clamp(0.0, self.tilt_max),
+            uv: place.uv.clamp(DVec2::ZERO, DVec2::ONE),
+            ..place
+        }
+    }
+
+    /// Returns the places one step away along each axis, both ways.
+    fn neighbours(&self, place: &Incidence, step: &Incidence) -> Vec<[Incidence; 2]> {
+        let mut all = Vec::new();
+        let mut add = |along: Incidence| {
+            all.push([-1.0, 1.0].map(|sign| {
+                self.clamped(Incidence {
+                    tilt: place.tilt + sign * along.tilt,
+                    turn: place.turn + sign * along.turn,
+                    uv: place.uv + sign * along.uv,
+                })
+            }));
+        };
+        let still = Incidence { tilt: 0.0, turn: 0.0, uv: DVec2::ZERO };
+        // Near the normal, steps are in proportion to the tilt.
+        let share = if place.tilt > 0.0 { (16.0 * place.tilt).min(1.0) } else { 1.0 };
+        add(Incidence { tilt: share * step.tilt, ..still });
+        if self.azimuth {
+            add(Incidence { turn: step.turn, ..still });
+        }
+        if self.u {
+            add(Incidence { uv: DVec2::X * step.uv.x, ..still });
+        }
+        if self.v {
+            add(Incidence { uv: DVec2::Y * step.uv.y, ..still });
+        }
+        all
+    }
 }

@@ -61,7 +61,6 @@ pub(super) enum PixelReading {
     Unusable(PixelStatus),
 }
 
-<<<<<<< ours
 /// Indices of the pixel and its neighbours up to `reach` rows and columns away, in a picture of that
 /// width and height.
 pub(super) fn around(
@@ -73,14 +72,6 @@ pub(super) fn around(
     let near = move |at: usize, side: usize| at.saturating_sub(reach)..(at + reach + 1).min(side);
     let columns = near(column, width);
     near(row, height).flat_map(move |row| columns.clone().map(move |column| row * width + column))
-=======
-/// Indices of the pixel and its neighbours up to `reach` rows and columns away, in a square
-/// picture.
-pub(super) fn around(pixel: usize, side: usize, reach: usize) -> impl Iterator<Item = usize> {
-    let (row, column) = (pixel / side, pixel % side);
-    let near = move |at: usize| at.saturating_sub(reach)..(at + reach + 1).min(side);
-    near(row).flat_map(move |row| near(column).map(move |column| row * side + column))
->>>>>>> theirs
 }
 
 impl PixelCounts {
