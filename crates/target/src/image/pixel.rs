@@ -61,8 +61,8 @@ pub(super) enum PixelReading {
     Unusable(PixelStatus),
 }
 
-/// Indices of the pixel and its neighbours up to `reach` rows and columns away, in a picture of that
-/// width and height.
+/// Indices of the pixel and its neighbours up to `reach` rows and columns away, in a picture of
+/// that width and height.
 pub(super) fn around(
     pixel: usize,
     (width, height): (usize, usize),
