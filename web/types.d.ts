@@ -824,6 +824,8 @@ export interface components {
             /**
              * @description Direction of the profile's 90 degrees (type C) or up (types A and B), of any length. If it
              *     is omitted or along the axis: up, or away from the default camera for a vertical axis.
+             *     Horizontal angles turn counterclockwise seen from above (type C) or grow to the right of the
+             *     aim (types A and B).
              */
             up?: number[] | null;
         } | {

@@ -80,9 +80,14 @@ impl IesProfile {
     /// cd, with all factors of the file applied except the tilt.
     ///
     /// # Domain
-    /// A unit vector in the frame of the luminaire. z is straight down for type C and the aim for A
-    /// and B; x is the horizontal angle 0 for C and growing horizontal angles for A and B; y is the
-    /// horizontal angle 90 for C and up for A and B.
+    /// A unit vector in the frame of the luminaire, which is left-handed. z is straight down for
+    /// type C and the aim for A and B; x is the horizontal angle 0 for C and growing horizontal
+    /// angles for A and B, on the right of the aim; y is the horizontal angle 90 for C and up for A
+    /// and B. Horizontal angles thus turn counterclockwise seen from above for type C, clockwise for
+    /// A and B.
+    ///
+    /// # Source
+    /// ANSI/IESNA LM-63-02, section 3, *Horizontal angles*.
     #[must_use]
     pub fn candela(&self, direction: DVec3) -> f64 {
         let DVec3 { x, y, z } = direction;

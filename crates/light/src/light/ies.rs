@@ -27,6 +27,8 @@ pub struct IesLight {
     pub axis: Option<[f64; 3]>,
     /// Direction of the profile's 90 degrees (type C) or up (types A and B), of any length. If it
     /// is omitted or along the axis: up, or away from the default camera for a vertical axis.
+    /// Horizontal angles turn counterclockwise seen from above (type C) or grow to the right of the
+    /// aim (types A and B).
     pub up: Option<[f64; 3]>,
     /// Name of the profile among the assets: the id of the uploaded file.
     #[schema(min_length = 1, max_length = 255)]
@@ -56,7 +58,9 @@ impl Kind for IesLight {
         let profile = assets.profile(&self.profile)?.clone();
         let position = placement.position(self.position);
         let axis = placement.axis(self.axis, position);
-        let axes = placement.axes(axis, self.up);
+        // Seen from above, that is along z, LM-63 counts type C counterclockwise, so 0 degrees is
+        // at z x y. The right of the aim of types A and B is there too.
+        let [x, y, z] = placement.axes(axis, self.up);
         let tilt_cos = axis.dot(placement.down()).clamp(-1.0, 1.0);
         let tilt = profile.tilt_factor(libm::acos(tilt_cos).to_degrees());
         let unit = placement.unit();
@@ -75,7 +79,7 @@ impl Kind for IesLight {
             }
         };
         let scale = channels.map(|channel| channel * tilt / (unit * unit));
-        Some(IesSource { position, axes, profile, scale })
+        Some(IesSource { position, axes: [-x, y, z], profile, scale })
     }
 }
 
@@ -83,7 +87,7 @@ impl Kind for IesLight {
 #[derive(Debug, Clone)]
 pub(crate) struct IesSource {
     position: DVec3,
-    /// Axes x, y and z of the luminaire.
+    /// Axes x, y and z of the luminaire, left-handed: z is straight down or the aim, y is `up`.
     axes: [DVec3; 3],
     profile: Arc<IesProfile>,
     /// Factor from candelas to irradiance times squared distance in the unit frame.

@@ -174,6 +174,102 @@ fn ies_light_follows_its_profile_in_its_own_frame() {
     assert!((scaled - 270.0).abs() < 1e-9, "{scaled}");
 }
 
+/// Type C, all planes different: vertical angles 0, 30, 60 and 90, horizontal ones 0 to 360 in steps
+/// of 45 degrees.
+const ASYMMETRIC_C: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 4 9 1 2 0 0 0\n1 1 60\n0 30 60 90
+0 45 90 135 180 225 270 315 360\n100 190 280 370\n100 232.5 322.5 412.5\n100 235 325 415
+100 257.5 347.5 437.5\n100 280 370 460\n100 302.5 392.5 482.5\n100 325 415 505
+100 347.5 437.5 527.5\n100 190 280 370\n";
+
+/// What Radiance (`ies2rad`, `rtrace`, `source.cal` 2.10) computes from `ASYMMETRIC_C`: direction,
+/// with z up and the luminaire aimed at -z, and candelas.
+const RADIANCE_C: [([f64; 3], f64); 12] = [
+    ([0.0, 0.0, -1.0], 100.0),
+    ([0.5, 0.0, -0.866_025_4], 190.0),
+    ([0.353_553_4, 0.353_553_4, -0.866_025_4], 232.5),
+    ([0.0, 0.5, -0.866_025_4], 235.0),
+    ([-0.353_553_4, 0.353_553_4, -0.866_025_4], 257.5),
+    ([-0.5, 0.0, -0.866_025_4], 280.0),
+    ([-0.353_553_4, -0.353_553_4, -0.866_025_4], 302.5),
+    ([0.0, -0.5, -0.866_025_4], 325.0),
+    ([0.353_553_4, -0.353_553_4, -0.866_025_4], 347.5),
+    ([0.469_846_3, 0.171_010_1, -0.866_025_4], 208.888_9),
+    ([0.813_797_7, 0.296_198_1, -0.5], 298.888_9),
+    ([-0.296_198_1, -0.813_797_7, -0.5], 405.0),
+];
+
+/// Returns the candelas of a luminaire with the given fields (axis and up) in each direction.
+fn candelas(profile: &str, fields: &str, directions: &[DVec3]) -> Vec<f64> {
+    let profile = crate::IesProfile::parse(profile.as_bytes()).unwrap();
+    let mut assets = LightAssets::default();
+    assets.insert_profile("a", std::sync::Arc::new(profile));
+    let place = DVec3::new(0.5, 3.0, -1.0);
+    let json = format!(
+        r#"{{"lights": [{{"kind": "ies", "profile": "a", "position": [0.5, 3, -1]{fields}}}]}}"#
+    );
+    let lights = samplers_with(&json, &assets);
+    let mut found = Vec::new();
+    for direction in directions {
+        let position = receiver(place + *direction * 2.0);
+        lights[0].for_each_sample(&position, |_, sample| {
+            found.push(sample.irradiance[0] * 4.0 * 179.0);
+        });
+    }
+    found
+}
+
+#[test]
+fn ies_type_c_turns_counterclockwise_seen_from_above_as_in_radiance() {
+    let expected = RADIANCE_C.map(|(_, candela)| candela);
+    let near = |found: &[f64], case: &str| {
+        assert_eq!(found.len(), expected.len(), "{case}");
+        for (found, expected) in found.iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-3, "{case}: {found} {expected}");
+        }
+    };
+    // The world is y up; Radiance's y points away from the default camera.
+    let directions = RADIANCE_C.map(|([x, y, z], _)| DVec3::new(x, z, -y));
+    near(&candelas(ASYMMETRIC_C, r#", "axis": [0, -1, 0]"#, &directions), "up omitted");
+    for [x, y, z] in [[0.0, 0.0, 0.0], [0.0, 90.0, 0.0], [0.0, -130.0, 0.0], [20.0, 50.0, 70.0]] {
+        let turn = brood_mesh::angle::rotation_xyz_deg([x, y, z]);
+        let [axis, up] = [-DVec3::Y, -DVec3::Z].map(|w| (turn * w).to_array());
+        let turned = directions.map(|direction| turn * direction);
+        let fields = format!(r#", "axis": {axis:?}, "up": {up:?}"#);
+        near(&candelas(ASYMMETRIC_C, &fields, &turned), &fields);
+    }
+}
+
+#[test]
+fn ies_types_a_and_b_turn_clockwise_seen_from_above() {
+    // Horizontal angles grow to the right of the aim. Radiance's values for type B with its aim at
+    // -z and up at +x, so that -y is on the right: 1150, 850, 1060, 940.
+    let root = 0.75f64.sqrt();
+    for photometry in [2, 3] {
+        let mut profile = format!(
+            "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 3 {photometry} 2 0 0 0\n1 1 60\n-90 0 90\n-90 0 90\n"
+        );
+        for horizontal in [-90.0, 0.0, 90.0] {
+            let row = [-90.0, 0.0, 90.0].map(|vertical| 1000.0 + 2.0 * vertical + 5.0 * horizontal);
+            profile.push_str(&row.map(|candela| candela.to_string()).join(" "));
+            profile.push('\n');
+        }
+        let [right, up] = [DVec3::X, DVec3::Y];
+        let aim = -DVec3::Z;
+        let directions = [right, -right, up, -up].map(|side| aim * root + side * 0.5);
+        let found = candelas(&profile, r#", "axis": [0, 0, -1]"#, &directions);
+        for (found, expected) in found.iter().zip([1150.0, 850.0, 1060.0, 940.0]) {
+            assert!((found - expected).abs() < 1e-6, "type {photometry}: {found} {expected}");
+        }
+        let [right, up] = [DVec3::Z, DVec3::X];
+        let directions = [right, -right, up, -up].map(|side| -DVec3::Y * root + side * 0.5);
+        let fields = r#", "axis": [0, -1, 0], "up": [1, 0, 0]"#;
+        let found = candelas(&profile, fields, &directions);
+        for (found, expected) in found.iter().zip([1150.0, 850.0, 1060.0, 940.0]) {
+            assert!((found - expected).abs() < 1e-6, "type {photometry}: {found} {expected}");
+        }
+    }
+}
+
 /// Returns red irradiance times cosine at a position of a surface with normal z.
 fn irradiance(json: &str, position: DVec3) -> f64 {
     light_samples(json, position).iter().map(|(towards, e)| e[0] * towards.z.max(0.0)).sum()
