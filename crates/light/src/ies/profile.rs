@@ -83,8 +83,8 @@ impl IesProfile {
     /// A unit vector in the frame of the luminaire, which is left-handed. z is straight down for
     /// type C and the aim for A and B; x is the horizontal angle 0 for C and growing horizontal
     /// angles for A and B, on the right of the aim; y is the horizontal angle 90 for C and up for A
-    /// and B. Horizontal angles thus turn counterclockwise seen from above for type C, clockwise for
-    /// A and B.
+    /// and B. Horizontal angles thus turn counterclockwise seen from above for type C, clockwise
+    /// for A and B.
     ///
     /// # Source
     /// ANSI/IESNA LM-63-02, section 3, *Horizontal angles*.

@@ -174,15 +174,15 @@ fn ies_light_follows_its_profile_in_its_own_frame() {
     assert!((scaled - 270.0).abs() < 1e-9, "{scaled}");
 }
 
-/// Type C, all planes different: vertical angles 0, 30, 60 and 90, horizontal ones 0 to 360 in steps
-/// of 45 degrees.
+/// Type C, all planes different: vertical angles 0, 30, 60 and 90, horizontal ones 0 to 360 in
+/// steps of 45 degrees.
 const ASYMMETRIC_C: &str = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 4 9 1 2 0 0 0\n1 1 60\n0 30 60 90
 0 45 90 135 180 225 270 315 360\n100 190 280 370\n100 232.5 322.5 412.5\n100 235 325 415
 100 257.5 347.5 437.5\n100 280 370 460\n100 302.5 392.5 482.5\n100 325 415 505
 100 347.5 437.5 527.5\n100 190 280 370\n";
 
-/// What Radiance (`ies2rad`, `rtrace`, `source.cal` 2.10) computes from `ASYMMETRIC_C`: direction,
-/// with z up and the luminaire aimed at -z, and candelas.
+/// Results of Radiance (`ies2rad`, `rtrace`, `source.cal` 2.10) for `ASYMMETRIC_C`: direction, with
+/// z up and the luminaire aimed at -z, and candelas.
 const RADIANCE_C: [([f64; 3], f64); 12] = [
     ([0.0, 0.0, -1.0], 100.0),
     ([0.5, 0.0, -0.866_025_4], 190.0),
