@@ -1353,6 +1353,16 @@ export interface components {
              * @default false
              */
             shadows: boolean;
+            /**
+             * @description Axis through the poles of the texture of the mesh "sphere"; "z" needs that mesh.
+             * @default y
+             */
+            sphere_pole: components["schemas"]["SpherePole"];
+            /**
+             * @description Tangent of the shading frame.
+             * @default vertex
+             */
+            tangents: components["schemas"]["Tangents"];
         };
         /** @description A stored scene, every field present. */
         SceneAnswer: {
@@ -1425,6 +1435,16 @@ export interface components {
              * @default false
              */
             shadows: boolean;
+            /**
+             * @description Axis through the poles of the texture of the mesh "sphere"; "z" needs that mesh.
+             * @default y
+             */
+            sphere_pole: components["schemas"]["SpherePole"];
+            /**
+             * @description Tangent of the shading frame.
+             * @default vertex
+             */
+            tangents: components["schemas"]["Tangents"];
         };
         /**
          * Format: uuid
@@ -1588,6 +1608,11 @@ export interface components {
             /** @description Token as printed by `brood token add`. */
             token: string;
         };
+        /**
+         * @description Axis through the poles of the built-in sphere's texture.
+         * @enum {string}
+         */
+        SpherePole: "y" | "z";
         /** @description Response of `GET /v1/system`. */
         SystemAnswer: {
             backend?: components["schemas"]["BackendReport"] | null;
@@ -1607,6 +1632,11 @@ export interface components {
             /** @description Names of the workers that were active in the last minute. */
             workers: string[];
         };
+        /**
+         * @description Tangent u of the shading frame. It matters for anisotropic materials.
+         * @enum {string}
+         */
+        Tangents: "vertex" | "triangle";
         /** @description Target of searches. */
         Target: {
             /**
@@ -1976,7 +2006,9 @@ export type SearchOptions = components['schemas']['SearchOptions'];
 export type SearchState = components['schemas']['SearchState'];
 export type Seed = components['schemas']['Seed'];
 export type SignIn = components['schemas']['SignIn'];
+export type SpherePole = components['schemas']['SpherePole'];
 export type SystemAnswer = components['schemas']['SystemAnswer'];
+export type Tangents = components['schemas']['Tangents'];
 export type Target = components['schemas']['Target'];
 export type TargetId = components['schemas']['TargetId'];
 export type TargetPixels = components['schemas']['TargetPixels'];

@@ -301,9 +301,9 @@ impl Library {
     /// # Errors
     /// [`ApiError`] if it cannot be read.
     pub async fn scene_mesh(&self, known: &KnownScene) -> Result<Arc<Mesh>, ApiError> {
-        match (known.mesh, &known.scene.mesh) {
+        match (known.mesh, known.scene.builtin()) {
             (MeshSource::Uploaded(hash), _) => self.uploaded_mesh(hash).await,
-            (MeshSource::Builtin, MeshRef::Builtin(name)) => Ok(Arc::new(Mesh::builtin(*name))),
+            (MeshSource::Builtin, Some(name)) => Ok(Arc::new(Mesh::builtin(name))),
             (MeshSource::Builtin | MeshSource::Target, _) => {
                 Err(ApiError::internal("a mesh has no data"))
             }

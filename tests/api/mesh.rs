@@ -96,3 +96,38 @@ async fn mesh_is_refused_when_it_is_larger_than_32_mib() {
     let mesh = server.post_bytes("/v1/meshes", OBJ, PYRAMID).await.expect(201).json();
     assert_eq!(mesh["triangles"], 6, "the server goes on");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn conventions_of_texture_directions_are_fields_of_scenes() {
+    let server = TestServer::start();
+    let plain = server.get("/v1/meshes/sphere/geometry").await.expect(200).body;
+    let same = server.get("/v1/meshes/sphere/geometry?sphere_pole=y").await.expect(200).body;
+    let turned = server.get("/v1/meshes/sphere/geometry?sphere_pole=z").await.expect(200).body;
+    assert!(same == plain && turned.len() == plain.len() && turned != plain);
+    server.get("/v1/meshes/sphere/mesh.glb?sphere_pole=z").await.expect(200);
+    for path in ["knob/geometry?sphere_pole=z", "sphere/geometry?sphere_pole=x"] {
+        server.get(&format!("/v1/meshes/{path}")).await.problem(400);
+    }
+    let refused = json!({"mesh": "knob", "sphere_pole": "z"});
+    let problem = server.post("/v1/scenes", &refused).await.problem(422);
+    assert_eq!(problem["pointer"], "/sphere_pole", "{problem}");
+    let mut pictures = Vec::new();
+    for fields in [
+        json!({}),
+        json!({"sphere_pole": "z"}),
+        json!({"tangents": "triangle"}),
+        json!({"tangents": "vertex", "sphere_pole": "y"}),
+    ] {
+        let scene = server.post("/v1/scenes", &fields).await.expect(201).json();
+        let dialect = json!({"length": 0});
+        let body = json!({"name": "brushed", "scene": scene["id"], "dialect": dialect});
+        let lineage = TestLineage::with(&server, body).await;
+        let adopted = json!({"presets": ["model-copper"]});
+        let one = server.post(&lineage.path("/adoptions"), &adopted).await.expect(201).json();
+        let child = text_of(&one["individuals"][0]["id"]);
+        let path = format!("/v1/individuals/{child}/render.png?size=64");
+        pictures.push(server.get(&path).await.expect(200).picture());
+    }
+    assert_ne!(pictures[0], pictures[1], "another pole turns the highlight");
+    assert_eq!(pictures[0], pictures[3], "defaults change nothing");
+}

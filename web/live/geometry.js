@@ -4,6 +4,7 @@
  * centre and radius of the bounding sphere; f32 positions, normals, tangents and texture
  * coordinates; u32 vertices of the triangles' corners.
  *
+ * @import { Scene } from "../model.js"
  * @import { Extent } from "./camera.js"
  */
 import { getBytes } from "../api/request.js";
@@ -77,13 +78,21 @@ function reach(uvs) {
 }
 
 /**
+ * Path of a file of a scene's mesh.
+ * @param {Pick<Scene, "mesh"|"sphere_pole">} scene
+ * @param {"geometry"|"mesh.glb"} file
+ */
+export const meshPath = ({ mesh, sphere_pole: pole }, file) =>
+  `/v1/meshes/${mesh}/${file}${pole === "z" ? "?sphere_pole=z" : ""}`;
+
+/**
  * Requests a mesh and uploads it.
  * @param {WebGL2RenderingContext} gl
- * @param {string} mesh id, or the name of a built-in one
+ * @param {string} path of its geometry
  * @returns {Promise<Geometry>}
  */
-export async function loadGeometry(gl, mesh) {
-  const arrays = readGeometry(await getBytes(`/v1/meshes/${mesh}/geometry`));
+export async function loadGeometry(gl, path) {
+  const arrays = readGeometry(await getBytes(path));
   const vertices = gl.createVertexArray();
   gl.bindVertexArray(vertices);
   const attributes = [arrays.positions, arrays.normals, arrays.tangents, arrays.uvs];

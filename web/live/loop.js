@@ -23,7 +23,7 @@ import {
   LIGHTS, directionSeen, lightsOf, normalizedLights, rotationOf, strengthOf, viewOf,
 } from "./camera.js";
 import { layOut, observePixels, openContext } from "./canvas.js";
-import { dropGeometry, loadGeometry } from "./geometry.js";
+import { dropGeometry, loadGeometry, meshPath } from "./geometry.js";
 import { lightAt, savedChoice, setLightMoving } from "./light_circle.js";
 import { readLitCells, updateLitCells } from "./lit_cells.js";
 import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
@@ -49,9 +49,9 @@ let context = null;
  *   large: Surface}|null}
  */
 let tools = null;
-/** The mesh on the GPU. @type {{mesh: string, geometry: Geometry}|null} */
+/** The mesh on the GPU. @type {{path: string, geometry: Geometry}|null} */
 let object = null;
-/** Mesh that is being loaded; empty if none. */
+/** Path of the mesh that is being loaded; empty if none. */
 let loading = "";
 /**
  * Keys of what the surfaces show, of the lights on them, and of what exposures were measured for.
@@ -136,20 +136,20 @@ function openOnce() {
   });
 }
 
-/** Loads the mesh of a scene. @param {WebGL2RenderingContext} gl @param {Scene} scene */
-async function load(gl, scene) {
-  loading = scene.mesh;
+/** Loads a mesh. @param {WebGL2RenderingContext} gl @param {string} path */
+async function load(gl, path) {
+  loading = path;
   try {
-    const geometry = await loadGeometry(gl, scene.mesh);
+    const geometry = await loadGeometry(gl, path);
     if (!gl.isContextLost()) {
       if (object) dropGeometry(gl, object.geometry);
-      object = { mesh: scene.mesh, geometry };
+      object = { path, geometry };
     }
   } catch {
     // The server's pictures stay visible meanwhile.
     await new Promise((done) => setTimeout(done, AGAIN_MS));
   }
-  if (loading === scene.mesh) loading = "";
+  if (loading === path) loading = "";
   schedule();
 }
 
@@ -265,8 +265,9 @@ function frame(now) {
     followLight(degrees, liveStore.lightMoving.value);
   if (!CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
     return followOnServer(scene, degrees);
-  if (object?.mesh !== scene.mesh) {
-    if (loading !== scene.mesh) void load(gl, scene);
+  const path = meshPath(scene, "geometry");
+  if (object?.path !== path) {
+    if (loading !== path) void load(gl, path);
     return showLive(new Set());
   }
   // Time spent on compiling materials does not count as drawing.
@@ -280,9 +281,11 @@ function frame(now) {
   const base = scene.light_deg ?? 0;
   const pose = sceneStore.draggedPose.value ?? { rotation: rotationOf(scene), scale: scene.scale };
   const view = viewOf(scene.camera, geometry.extent, pose);
-  const key = JSON.stringify([scene.mesh, scene.camera, pose.rotation, pose.scale]);
+  const tangents = scene.tangents ?? "vertex";
+  const key = JSON.stringify([path, tangents, scene.camera, pose.rotation, pose.scale]);
   if (key !== drawnKey) {
-    for (const surface of [metering, small, large]) drawSurface(gl, pens, surface, geometry, view);
+    for (const surface of [metering, small, large])
+      drawSurface(gl, pens, surface, { geometry, tangents }, view);
     drawnKey = key;
     litKey = "";
   }

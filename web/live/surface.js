@@ -63,6 +63,7 @@ in vec2 t;
 uniform vec3 eye;
 uniform vec3 forward;
 uniform bool parallel;
+uniform bool facets;
 layout(location = 0) out vec4 places;
 layout(location = 1) out vec4 normals;
 layout(location = 2) out vec4 tangents;
@@ -72,7 +73,17 @@ void main() {
   vec3 outwards = dot(face, normal) < 0.0 ? -face : face;
   vec3 wo = parallel ? -forward : eye - p;
   if (dot(outwards, wo) < 0.0) normal = -normal;
-  vec3 along = u - normal * dot(u, normal);
+  vec3 wanted = u;
+  if (facets) {
+    // Direction of growing u on the triangle, from the differences between pixels.
+    vec2 a = dFdx(t);
+    vec2 b = dFdy(t);
+    float det = a.x * b.y - a.y * b.x;
+    vec3 grows = (dFdx(p) * b.y - dFdy(p) * a.y) * sign(det);
+    float size = length(grows);
+    wanted = size > 0.0 ? grows / size : vec3(normal.z, 0.0, -normal.x);
+  }
+  vec3 along = wanted - normal * dot(wanted, normal);
   vec3 other = abs(normal.x) < 0.9 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
   along = length(along) > 1e-9 ? normalize(along) : normalize(cross(other, normal));
   places = vec4(p, 1.0);
@@ -170,6 +181,8 @@ const MASK_SAMPLES = 4;
  *   stacked. `whole`: false if there was not enough memory. `within`: a polygon around the object,
  *   outside of which nothing is shaded. `parts`: cells that lights may reach. `found`: position,
  *   normal and tangent of the shading points. `many`: the multisampled framebuffer of the mask.
+ *
+ * @typedef {{geometry: Geometry, tangents: "vertex"|"triangle"}} Mesh `tangents`: as in scenes
  *
  * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked}} SurfacePrograms
  */
@@ -308,15 +321,16 @@ export function dropSurface(gl, of) {
  * Draws the mesh with a program.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} pen
- * @param {Geometry} geometry
+ * @param {Mesh} mesh
  * @param {View} view
  */
-function draw(gl, pen, geometry, view) {
+function draw(gl, pen, { geometry, tangents }, view) {
   gl.useProgram(pen.program);
   for (const name of /** @type {const} */ (["eye", "right", "up", "forward"]))
     gl.uniform3fv(uniformLocation(gl, pen, name), view[name]);
   gl.uniform3f(uniformLocation(gl, pen, "lens"), view.half, view.near, view.far);
   gl.uniform1i(uniformLocation(gl, pen, "parallel"), view.parallel ? 1 : 0);
+  gl.uniform1i(uniformLocation(gl, pen, "facets"), tangents === "triangle" ? 1 : 0);
   gl.bindVertexArray(geometry.vertices);
   gl.drawElements(gl.TRIANGLES, geometry.corners, gl.UNSIGNED_INT, 0);
   gl.bindVertexArray(null);
@@ -327,12 +341,12 @@ function draw(gl, pen, geometry, view) {
  * @param {WebGL2RenderingContext} gl
  * @param {SurfacePrograms} pens
  * @param {Surface} into
- * @param {Geometry} geometry
+ * @param {Mesh} mesh
  * @param {View} view
  */
-export function drawSurface(gl, pens, into, geometry, view) {
+export function drawSurface(gl, pens, into, mesh, view) {
   resetLitCells(gl, into.parts);
-  const corners = triangles(outline(geometry.positions, view, into.side));
+  const corners = triangles(outline(mesh.geometry.positions, view, into.side));
   into.within.corners = corners.length / 2;
   gl.bindBuffer(gl.ARRAY_BUFFER, into.within.buffer);
   gl.bufferSubData(gl.ARRAY_BUFFER, 0, corners);
@@ -346,7 +360,7 @@ export function drawSurface(gl, pens, into, geometry, view) {
   ])) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    draw(gl, pen, geometry, view);
+    draw(gl, pen, mesh, view);
   }
   gl.disable(gl.DEPTH_TEST);
   gl.bindFramebuffer(gl.READ_FRAMEBUFFER, into.many);

@@ -142,7 +142,14 @@ export async function chooseObject(mesh) {
   if (!present || mesh === present.mesh) return;
   await guarded("object", async () => {
     const lights = await lightsOn(present.lights ?? [], present.mesh, mesh);
-    await changeScene("object", () => ({ mesh, rotation_deg: [0, 0, 0], scale: 1, lights }));
+    await changeScene("object", () => ({
+      mesh,
+      rotation_deg: [0, 0, 0],
+      scale: 1,
+      lights,
+      // Another pole needs the sphere.
+      sphere_pole: undefined,
+    }));
   });
 }
 

@@ -4,7 +4,7 @@ import { test } from "node:test";
 import {
   directionSeen, lightsOf, normalizedLights, rotationOf, strengthOf, viewOf,
 } from "../live/camera.js";
-import { readGeometry } from "../live/geometry.js";
+import { meshPath, readGeometry } from "../live/geometry.js";
 import { METER_GAIN, autoGain } from "../live/material.js";
 import { SIDES, outline, triangles } from "../live/outline.js";
 import { AdaptiveResolution, displayInterval } from "../live/resolution.js";
@@ -211,4 +211,16 @@ test("displayInterval ignores late frames", async () => {
 test("geometry of another version is refused", () => {
   const bytes = new ArrayBuffer(56);
   assert.throws(() => readGeometry(bytes), /another version/);
+});
+
+test("the mesh is requested with the pole of its texture", () => {
+  assert.equal(meshPath({ mesh: "knob" }, "geometry"), "/v1/meshes/knob/geometry");
+  assert.equal(
+    meshPath({ mesh: "sphere", sphere_pole: "y" }, "geometry"),
+    "/v1/meshes/sphere/geometry",
+  );
+  assert.equal(
+    meshPath({ mesh: "sphere", sphere_pole: "z" }, "mesh.glb"),
+    "/v1/meshes/sphere/mesh.glb?sphere_pole=z",
+  );
 });

@@ -8,7 +8,6 @@ use brood_protocol::{
     ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, RenderJob,
     RenderOutcome, TargetSource, WorkerClient,
 };
-use brood_scene::MeshRef;
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
 
@@ -124,13 +123,13 @@ impl RenderContext {
     /// Returns the mesh of a job, unless a target's file has it.
     async fn mesh(&self, work: &RenderJob) -> Result<Arc<LoadedMesh>, Interrupted> {
         match work.frame.mesh {
-            MeshSource::Builtin => match work.frame.scene().map_err(failed)?.mesh {
-                MeshRef::Builtin(name) => {
+            MeshSource::Builtin => match work.frame.scene().map_err(failed)?.builtin() {
+                Some(name) => {
                     let renderer = self.renderer.clone();
                     let made = tokio::task::spawn_blocking(move || renderer.builtin(name)).await;
                     made.map_err(failed)
                 }
-                MeshRef::Uploaded(_) => {
+                None => {
                     Err(failed("the scene refers to an uploaded mesh, the job to a built-in one"))
                 }
             },

@@ -11,7 +11,7 @@ use brood_program::Program;
 use brood_protocol::{
     Aspect, Frame, MeshSource, PictureFormat, PictureKey, RenderedPicture, Subject, TargetSource,
 };
-use brood_scene::{Exposure, MeshRef, PictureSize, PixelArea, Raster, SampleSet};
+use brood_scene::{Exposure, PictureSize, PixelArea, Raster, SampleSet};
 use brood_target::{KnownView, PixelStatus};
 
 use crate::cache::{LoadedMesh, SceneView};
@@ -134,10 +134,10 @@ impl Renderer {
         target: &LoadedTarget,
     ) -> Result<(Arc<LoadedMesh>, LightAssets), RenderError> {
         let (picture, assets) = target.picture(source.view)?;
-        let mesh = match (&picture.mesh, &picture.scene.mesh) {
+        let mesh = match (&picture.mesh, picture.scene.builtin()) {
             (Some(mesh), _) => self.cached_mesh(LoadedMesh::new(mesh.clone())),
-            (None, MeshRef::Builtin(name)) => self.builtin(*name),
-            (None, MeshRef::Uploaded(_)) => unreachable!("a bundle's meshes have been checked"),
+            (None, Some(name)) => self.builtin(name),
+            (None, None) => unreachable!("a bundle's meshes have been checked"),
         };
         Ok((mesh, assets.clone()))
     }

@@ -119,21 +119,21 @@ impl FrameArgs {
         let folder = self.scene.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         renderer.set_light_assets(light_file::read(&scene, folder)?);
         self.check_memory(&scene)?;
-        let (mesh, source) = match (&self.mesh, &scene.mesh) {
-            (Some(name), _) => match BuiltinMesh::from_name(name) {
-                Some(mesh) => {
-                    scene.mesh = MeshRef::Builtin(mesh);
-                    (renderer.builtin(mesh), MeshSource::Builtin)
-                }
-                None => {
-                    scene.mesh = MeshRef::Uploaded("file".to_owned());
-                    let mesh = read_obj(Path::new(name))?;
-                    let source = MeshSource::Uploaded(*mesh.hash());
-                    (Arc::new(mesh), source)
-                }
-            },
-            (None, MeshRef::Builtin(mesh)) => (renderer.builtin(*mesh), MeshSource::Builtin),
-            (None, MeshRef::Uploaded(_)) => {
+        if let Some(name) = &self.mesh {
+            scene.mesh = match BuiltinMesh::from_name(name) {
+                Some(mesh) => MeshRef::Builtin(mesh),
+                None => MeshRef::Uploaded("file".to_owned()),
+            };
+            scene.validate().context("the scene does not fit --mesh")?;
+        }
+        let (mesh, source) = match (&self.mesh, scene.builtin()) {
+            (_, Some(mesh)) => (renderer.builtin(mesh), MeshSource::Builtin),
+            (Some(file), None) => {
+                let mesh = read_obj(Path::new(file))?;
+                let source = MeshSource::Uploaded(*mesh.hash());
+                (Arc::new(mesh), source)
+            }
+            (None, None) => {
                 bail!("the scene uses an uploaded mesh; give its OBJ file with --mesh")
             }
         };

@@ -15,7 +15,7 @@ use brood_eval::{CanonicalEvaluator, Developed, Evaluator, SheetCell, express, s
 use brood_inspect::{Shade, Shot};
 use brood_mesh::Mesh;
 use brood_program::Program;
-use brood_scene::{MeshRef, SampleSet, Sampling};
+use brood_scene::{SampleSet, Sampling};
 use clap::Args;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -87,7 +87,7 @@ pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
 }
 
 fn render(exhibit: &Exhibit) -> Result<Developed> {
-    let MeshRef::Builtin(name) = exhibit.scene.mesh else {
+    let Some(name) = exhibit.scene.builtin() else {
         anyhow::bail!("{} must be shown on a built-in mesh", exhibit.name)
     };
     let mesh = Mesh::builtin(name);

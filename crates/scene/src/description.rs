@@ -7,11 +7,13 @@ mod camera;
 mod film;
 mod mesh_ref;
 mod normals;
+mod tangents;
 #[cfg(test)]
 mod tests;
 mod validate;
 
 use brood_light::Light;
+use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -19,6 +21,7 @@ pub use camera::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera};
 pub use film::{EV_MAX, Exposure, Film, Tone};
 pub use mesh_ref::MeshRef;
 pub use normals::Normals;
+pub use tangents::{SpherePole, Tangents};
 pub use validate::{LIGHT_SAMPLES_MAX, LIGHTS_MAX};
 
 /// Mesh, camera, lights and film of a picture. The world is right-handed with y up.
@@ -48,6 +51,12 @@ pub struct Scene {
     /// Meaning of the vertex normals.
     #[serde(skip_serializing_if = "is_default")]
     pub normals: Normals,
+    /// Tangent of the shading frame.
+    #[serde(skip_serializing_if = "is_default")]
+    pub tangents: Tangents,
+    /// Axis through the poles of the texture of the mesh "sphere"; "z" needs that mesh.
+    #[serde(skip_serializing_if = "is_default")]
+    pub sphere_pole: SpherePole,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -66,6 +75,8 @@ impl Default for Scene {
             light_deg: 0.0,
             shadows: false,
             normals: Normals::default(),
+            tangents: Tangents::default(),
+            sphere_pole: SpherePole::default(),
         }
     }
 }
@@ -82,6 +93,17 @@ impl Scene {
 }
 
 impl Scene {
+    /// Returns the built-in mesh with the texture that the scene selects; `None` if the mesh is
+    /// uploaded.
+    #[must_use]
+    pub fn builtin(&self) -> Option<BuiltinMesh> {
+        match (&self.mesh, self.sphere_pole) {
+            (MeshRef::Builtin(BuiltinMesh::Sphere), SpherePole::Z) => Some(BuiltinMesh::SphereZ),
+            (MeshRef::Builtin(mesh), _) => Some(*mesh),
+            (MeshRef::Uploaded(_), _) => None,
+        }
+    }
+
     /// Returns the largest number of samples of all lights at one shading point: the cost of a
     /// picture relative to one point light.
     #[must_use]

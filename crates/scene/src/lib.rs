@@ -23,7 +23,7 @@ mod sample_set;
 pub use clip_from::{ClipFrom, ClipFromError};
 pub use description::{
     Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef, Normals,
-    OrbitCamera, OrthographicCamera, Scene, Tone,
+    OrbitCamera, OrthographicCamera, Scene, SpherePole, Tangents, Tone,
 };
 pub use sample_set::{
     ImageLayout, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun, PixelSpan,

@@ -287,10 +287,10 @@ impl BundledView {
     /// # Errors
     /// Returns [`ViewError`] if the picture or the mask cannot be read, or is no target.
     pub fn read(&self, assets: &LightAssets) -> Result<(KnownView, Samples), ViewError> {
-        let mesh = match (&self.mesh, &self.scene.mesh) {
+        let mesh = match (&self.mesh, self.scene.builtin()) {
             (Some(mesh), _) => mesh.clone(),
-            (None, MeshRef::Builtin(name)) => Arc::new(Mesh::builtin(*name)),
-            (None, MeshRef::Uploaded(_)) => unreachable!("a bundle's meshes have been checked"),
+            (None, Some(name)) => Arc::new(Mesh::builtin(name)),
+            (None, None) => unreachable!("a bundle's meshes have been checked"),
         };
         let setting = ViewSetup {
             scene: self.scene.clone(),

@@ -2,13 +2,14 @@
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_mesh::Mesh;
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_protocol::decode_stored;
-use brood_scene::MeshRef;
+use brood_scene::{MeshRef, Scene, SpherePole};
 use http::HeaderMap;
+use serde::Deserialize;
 
 use super::file::FileHead;
-use crate::extract::Path;
+use crate::extract::{Path, Query};
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -18,6 +19,18 @@ const CACHE: &str = "private, no-cache";
 const MAGIC: &[u8; 8] = b"broodgeo";
 const VERSION: u32 = 1;
 
+/// Texture of a mesh.
+#[derive(Debug, Clone, Copy, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct TextureQuery {
+    /// Axis through the poles of the texture of the mesh `sphere`: `y` (default) or `z`, which
+    /// needs that mesh.
+    #[serde(default)]
+    #[param(inline)]
+    sphere_pole: SpherePole,
+}
+
 /// Returns a mesh's geometry in a little-endian binary format.
 ///
 /// `broodgeo`; u32 version 1, vertices, triangles, has_uv (0 or 1); f64 centre (3) and radius of
@@ -25,14 +38,15 @@ const VERSION: u32 = 1;
 /// unit normals (3), unit tangents along u (3), texture coordinates (2); then u32 corners (3 per
 /// triangle).
 #[utoipa::path(get, path = "/v1/meshes/{id}/geometry", tag = "meshes",
-    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh")),
+    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh"), TextureQuery),
     responses((status = 200, content_type = "application/vnd.brood.geometry"), (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<String>,
+    Query(query): Query<TextureQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let bytes = encoded(&app, &id, encode).await?;
+    let bytes = encoded(&app, &id, query, encode).await?;
     Ok(answer(&headers, CONTENT_TYPE, bytes))
 }
 
@@ -42,24 +56,32 @@ pub async fn get(
 /// POSITION in the mesh's own units, NORMAL, TANGENT along u, and TEXCOORD_0 if the mesh has
 /// texture coordinates.
 #[utoipa::path(get, path = "/v1/meshes/{id}/mesh.glb", tag = "meshes",
-    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh")),
+    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh"), TextureQuery),
     responses((status = 200, content_type = "model/gltf-binary"), (status = 304, description = "unchanged")))]
 pub async fn glb(
     State(app): State<App>,
     Path(id): Path<String>,
+    Query(query): Query<TextureQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let bytes = encoded(&app, &id, Mesh::to_glb).await?;
+    let bytes = encoded(&app, &id, query, Mesh::to_glb).await?;
     Ok(answer(&headers, GLTF_BINARY, bytes))
 }
 
 /// Encodes a built-in or uploaded mesh.
-async fn encoded(app: &App, id: &str, encode: fn(&Mesh) -> Vec<u8>) -> Result<Vec<u8>, ApiError> {
-    let encoded = match MeshRef::from(id) {
-        MeshRef::Builtin(name) => {
-            app.processors.run(move || Ok(encode(&Mesh::builtin(name)))).await?
-        }
-        MeshRef::Uploaded(id) => {
+async fn encoded(
+    app: &App,
+    id: &str,
+    TextureQuery { sphere_pole }: TextureQuery,
+    encode: fn(&Mesh) -> Vec<u8>,
+) -> Result<Vec<u8>, ApiError> {
+    let scene = Scene { mesh: MeshRef::from(id), sphere_pole, ..Scene::default() };
+    if sphere_pole == SpherePole::Z && scene.builtin() != Some(BuiltinMesh::SphereZ) {
+        return Err(ApiError::bad_parameter("sphere_pole", "`z` needs the mesh `sphere`"));
+    }
+    let encoded = match scene.builtin() {
+        Some(name) => app.processors.run(move || Ok(encode(&Mesh::builtin(name)))).await?,
+        None => {
             let unknown = |_| ApiError::not_found("there is no mesh with this id or name");
             let row = app.store.mesh(id.parse().map_err(unknown)?).await?;
             let data = app.store.mesh_data(row.content_hash).await?;

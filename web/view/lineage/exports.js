@@ -5,6 +5,7 @@
  */
 import * as api from "../../api/routes.js";
 import { lineageStore } from "../../lineage/store.js";
+import { meshPath } from "../../live/geometry.js";
 import { guarded } from "../../page/problem.js";
 import { SIDE_PX, requestedSize } from "../../page/size.js";
 import { sceneStore } from "../../scene/store.js";
@@ -79,7 +80,7 @@ export function Exports({ of, within, place }) {
         <li><a download=${`${of.id}.apng`} href=${`/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} data-testid="export-apng">Animated PNG, light orbit</a></li>
         <li><a download=${`${of.id}-strip.png`} href=${`/v1/individuals/${of.id}/strip.png?size=128&frames=24`} data-testid="export-strip">PNG strip of 24 pictures</a></li>
         <${Pictures} of=${of} />
-        ${sceneStore.scene.value && html`<li><a download href=${`/v1/meshes/${sceneStore.scene.value.mesh}/mesh.glb`} data-testid="export-glb">Preview mesh with tangents (.glb)</a></li>`}
+        ${sceneStore.scene.value && html`<li><a download href=${meshPath(sceneStore.scene.value, "mesh.glb")} data-testid="export-glb">Preview mesh with tangents (.glb)</a></li>`}
         ${within && html`<${OfBrood} within=${within} />`}
       </ul>
     </details>

@@ -11,8 +11,9 @@ use brood_bench::output;
 use brood_eval::encode_png;
 use brood_genome::Genome;
 use brood_inspect::LinearImage;
+use brood_mesh::BuiltinMesh;
 use brood_protocol::PictureFormat;
-use brood_scene::{ClipFrom, MeshRef, PictureSize, Sampling, Scene};
+use brood_scene::{ClipFrom, PictureSize, Sampling, Scene};
 use brood_target::{
     KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelStatus,
     ViewSetup,
@@ -179,10 +180,15 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
         }
     };
     scene.validate().with_context(|| format!("the scene of {} is invalid", picture.display()))?;
-    let mesh = match (&spec.mesh, &scene.mesh) {
+    let mesh = match (&spec.mesh, scene.builtin()) {
+        (Some(_), Some(BuiltinMesh::SphereZ)) => bail!(
+            "the scene of {} has \"sphere_pole\": \"z\", which needs the built-in sphere instead of \
+             an OBJ file",
+            picture.display()
+        ),
         (Some(file), _) => read_obj(&folder.join(file))?.shared(),
-        (None, MeshRef::Builtin(mesh)) => renderer.builtin(*mesh).shared(),
-        (None, MeshRef::Uploaded(_)) => bail!(
+        (None, Some(mesh)) => renderer.builtin(mesh).shared(),
+        (None, None) => bail!(
             "the scene of {} uses an uploaded mesh; name its OBJ file as \"mesh\"",
             picture.display()
         ),

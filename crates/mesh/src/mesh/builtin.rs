@@ -12,6 +12,9 @@ use crate::angle::{rotation_xyz_deg, sin_cos_deg};
 pub enum BuiltinMesh {
     /// Unit sphere.
     Sphere,
+    /// Unit sphere whose texture has its poles on the z axis. It has no name of its own: scenes
+    /// select it by `sphere_pole`.
+    SphereZ,
     /// Torus.
     Torus,
     /// Cube with rounded edges.
@@ -21,14 +24,14 @@ pub enum BuiltinMesh {
 }
 
 impl BuiltinMesh {
-    /// All built-in meshes.
+    /// All built-in meshes that have a name.
     pub const ALL: [Self; 4] = [Self::Sphere, Self::Torus, Self::Cube, Self::Knob];
 
     /// Returns the name in scenes.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
-            Self::Sphere => "sphere",
+            Self::Sphere | Self::SphereZ => "sphere",
             Self::Torus => "torus",
             Self::Cube => "cube",
             Self::Knob => "knob",
@@ -49,6 +52,7 @@ const COLUMNS: u32 = 192;
 pub(super) fn build(mesh: BuiltinMesh) -> MeshParts {
     match mesh {
         BuiltinMesh::Sphere => sphere(),
+        BuiltinMesh::SphereZ => sphere_z(),
         BuiltinMesh::Torus => torus(),
         BuiltinMesh::Cube => rounded_cube(),
         BuiltinMesh::Knob => knob(),
@@ -67,6 +71,26 @@ fn sphere() -> MeshParts {
         })
         .collect();
     revolve(&profile, COLUMNS)
+}
+
+/// Sphere of radius 1; u is the azimuth from +x over +y, v the polar angle from +z over half a
+/// turn.
+///
+/// # Source
+/// The shape `sphere` of Mitsuba 3.
+fn sphere_z() -> MeshParts {
+    let mut parts = sphere();
+    // A rotation, so that triangles keep their orientation; u begins at +x.
+    let turned = |w: DVec3| DVec3::new(-w.z, -w.x, w.y);
+    for array in [&mut parts.positions, &mut parts.normals, &mut parts.tangents] {
+        for vector in array {
+            *vector = turned(*vector);
+        }
+    }
+    for uv in &mut parts.uvs {
+        uv.y = 1.0 - uv.y;
+    }
+    parts
 }
 
 /// Torus of radii 1 and 0.4 about the y axis, leaning towards +z so that the default view sees the

@@ -77,7 +77,7 @@ fn content_hash_differs_when_any_array_differs() {
 
 #[test]
 fn builtin_meshes_are_closed_and_face_outwards() {
-    for builtin in BuiltinMesh::ALL {
+    for builtin in BuiltinMesh::ALL.into_iter().chain([BuiltinMesh::SphereZ]) {
         let mesh = Mesh::builtin(builtin);
         let parts = mesh.parts();
         assert!(mesh.has_uv() && mesh.triangle_count() > 10_000, "{}", builtin.name());
@@ -97,7 +97,7 @@ fn builtin_meshes_are_closed_and_face_outwards() {
         assert!(face_sum.length() < 1e-9, "{} is not closed: {face_sum}", builtin.name());
         let pi = std::f64::consts::PI;
         let expected = match builtin {
-            BuiltinMesh::Sphere => 4.0 / 3.0 * pi,
+            BuiltinMesh::Sphere | BuiltinMesh::SphereZ => 4.0 / 3.0 * pi,
             BuiltinMesh::Torus => 2.0 * pi * pi * 0.16,
             // Core box, six slabs, twelve quarter cylinders and a ball.
             BuiltinMesh::Cube => {
@@ -119,6 +119,23 @@ fn builtin_texture_coordinates_are_right_handed() {
             assert!((b - a).perp_dot(c - a) > 0.0, "{} {triangle:?}", builtin.name());
         }
     }
+}
+
+#[test]
+fn sphere_with_pole_z_has_the_texture_of_mitsubas_sphere() {
+    let parts = super::builtin::build(BuiltinMesh::SphereZ);
+    let turn = std::f64::consts::TAU;
+    for (vertex, place) in parts.positions.iter().enumerate() {
+        let (uv, tangent) = (parts.uvs[vertex], parts.tangents[vertex]);
+        // The position at u and v, and its derivative by u.
+        let (phi, theta) = (uv.x * turn, uv.y * 0.5 * turn);
+        let expected = DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
+        assert!((*place - expected).length() < 1e-12, "{place} {uv}");
+        assert!((parts.normals[vertex] - expected).length() < 1e-12, "{place} {uv}");
+        let along_u = DVec3::new(-phi.sin(), phi.cos(), 0.0);
+        assert!((tangent - along_u).length() < 1e-12, "{place} {uv} {tangent}");
+    }
+    assert_eq!(BuiltinMesh::from_name(BuiltinMesh::SphereZ.name()), Some(BuiltinMesh::Sphere));
 }
 
 #[test]

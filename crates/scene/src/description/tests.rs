@@ -3,7 +3,8 @@ use brood_mesh::BuiltinMesh;
 use utoipa::PartialSchema;
 
 use super::{
-    Camera, Exposure, LookAtCamera, MeshRef, Normals, OrbitCamera, OrthographicCamera, Scene, Tone,
+    Camera, Exposure, LookAtCamera, MeshRef, Normals, OrbitCamera, OrthographicCamera, Scene,
+    SpherePole, Tangents, Tone,
 };
 
 fn read(json: &str) -> Result<Scene, String> {
@@ -41,11 +42,13 @@ fn scene_round_trips_through_json() {
         scene.mesh = MeshRef::from("0199-ab");
         scene.film.exposure = Exposure::Ev(-1.5);
         scene.shadows = !scenes.len().is_multiple_of(2);
+        scene.tangents = if scenes.len() == 1 { Tangents::Triangle } else { Tangents::Vertex };
         scene.normals = if scenes.len() == 2 { Normals::Plain } else { Normals::Curved };
         let spot = r#"{"kind": "spot", "flux_lm": 900}"#;
         scene.lights.push(serde_json::from_str(spot).unwrap());
         scenes.push(scene);
     }
+    scenes.push(Scene { sphere_pole: SpherePole::Z, ..Scene::default() });
     for scene in scenes {
         let json = serde_json::to_string(&scene).unwrap();
         assert_eq!(read(&json).unwrap(), scene, "{json}");
@@ -89,6 +92,8 @@ fn scene_is_rejected_with_a_readable_reason_when_json_is_wrong() {
         (r#"{"lights": [{"power": 1}]}"#, "a light of kind point has no field `power`"),
         (r#"{"scale": 1, "scale": 2}"#, "duplicate field `scale`"),
         (r#"{"rotation_deg": [1, 2]}"#, "invalid length 2"),
+        (r#"{"tangents": "face"}"#, "unknown variant `face`, expected `vertex` or `triangle`"),
+        (r#"{"sphere_pole": "x"}"#, "unknown variant `x`, expected `y` or `z`"),
     ];
     for (json, expected) in cases {
         let error = read(json).unwrap_err();
@@ -111,6 +116,8 @@ fn scene_is_rejected_with_a_pointer_when_a_number_is_out_of_range() {
         (read(r#"{"scale": 0}"#).unwrap(), "/scale"),
         (read(r#"{"scale": 1000.1}"#).unwrap(), "/scale"),
         (read(r#"{"mesh": ""}"#).unwrap(), "/mesh"),
+        (read(r#"{"mesh": "knob", "sphere_pole": "z"}"#).unwrap(), "/sphere_pole"),
+        (read(r#"{"mesh": "0199-ab", "sphere_pole": "z"}"#).unwrap(), "/sphere_pole"),
         (read(r#"{"lights": []}"#).unwrap(), "/lights"),
         (read(r#"{"lights": [{}, {"position": [0, 1e39, 0]}]}"#).unwrap(), "/lights/1/position"),
         (read(r#"{"film": {"exposure": 65}}"#).unwrap(), "/film/exposure"),
@@ -141,6 +148,25 @@ fn scene_is_accepted_when_numbers_are_at_the_ends_of_their_ranges() {
     for json in cases {
         assert_eq!(read(json).unwrap().validate(), Ok(()), "{json}");
     }
+}
+
+#[test]
+fn conventions_are_written_only_if_they_differ_from_their_defaults() {
+    let plain = serde_json::to_string(&Scene::default()).unwrap();
+    let json = r#"{"normals": "curved", "tangents": "vertex", "sphere_pole": "y"}"#;
+    assert_eq!(serde_json::to_string(&read(json).unwrap()).unwrap(), plain);
+    let json = r#"{"tangents": "triangle", "sphere_pole": "z"}"#;
+    let written = serde_json::to_value(read(json).unwrap()).unwrap();
+    assert_eq!((&written["tangents"], &written["sphere_pole"]), (&"triangle".into(), &"z".into()));
+}
+
+#[test]
+fn sphere_pole_selects_the_built_in_sphere() {
+    let builtin = |json: &str| read(json).unwrap().builtin();
+    assert_eq!(builtin("{}"), Some(BuiltinMesh::Sphere));
+    assert_eq!(builtin(r#"{"sphere_pole": "z"}"#), Some(BuiltinMesh::SphereZ));
+    assert_eq!(builtin(r#"{"mesh": "knob"}"#), Some(BuiltinMesh::Knob));
+    assert_eq!(builtin(r#"{"mesh": "0199-ab"}"#), None);
 }
 
 #[test]

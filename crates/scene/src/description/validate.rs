@@ -2,12 +2,13 @@
 
 use brood_light::FieldError;
 use brood_light::field::{finite, positive, require};
+use brood_mesh::BuiltinMesh;
 use glam::DVec3;
 
 use super::camera::{LookAtCamera, OrbitCamera, OrthographicCamera};
 use super::film::EV_MAX;
 use super::mesh_ref::ID_BYTES_MAX;
-use super::{Camera, Exposure, MeshRef, Scene};
+use super::{Camera, Exposure, MeshRef, Scene, SpherePole};
 
 /// Largest number of lights.
 pub const LIGHTS_MAX: usize = 16;
@@ -30,6 +31,9 @@ impl Scene {
             require(!id.is_empty(), "/mesh", "the id of the mesh is empty")?;
             require(id.len() <= ID_BYTES_MAX, "/mesh", "the id of the mesh is over 128 bytes")?;
         }
+        let is_sphere = self.mesh == MeshRef::Builtin(BuiltinMesh::Sphere);
+        let reason = "\"z\" needs the mesh \"sphere\"";
+        require(is_sphere || self.sphere_pole == SpherePole::Y, "/sphere_pole", reason)?;
         finite(&self.rotation_deg, "/rotation_deg")?;
         let in_range = self.scale > 0.0 && self.scale <= SCALE_MAX;
         require(in_range, "/scale", "must be above 0 and at most 1000")?;

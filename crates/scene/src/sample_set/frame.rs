@@ -4,7 +4,7 @@ use brood_mesh::trace::Hit;
 use brood_mesh::{LocalFrame, MeshParts, fixed_tangent};
 use glam::{DVec2, DVec3};
 
-use crate::description::Normals;
+use crate::description::{Normals, Tangents};
 
 /// Cosine to which wo is clamped if the interpolated normal faces away from the eye.
 const SILHOUETTE_COS: f64 = 1e-4;
@@ -42,13 +42,16 @@ impl ShadedPoint {
     /// # Domain
     /// Any hit of a valid mesh. The frame is orthonormal and cos_o positive, even if normals or
     /// tangents of the corners cancel.
-    pub fn new(parts: &MeshParts, hit: &Hit, eye: DVec3) -> Self {
+    pub fn new(parts: &MeshParts, hit: &Hit, eye: DVec3, tangents: Tangents) -> Self {
         let corners = parts.triangles[hit.triangle].map(|corner| corner as usize);
         let weighted = |values: &[DVec3]| -> DVec3 {
             corners.iter().zip(hit.weights).map(|(corner, weight)| values[*corner] * weight).sum()
         };
         let (n, side) = surface_normal(parts, corners, weighted(&parts.normals), eye);
-        let u = weighted(&parts.tangents);
+        let u = match tangents {
+            Tangents::Vertex => weighted(&parts.tangents),
+            Tangents::Triangle => triangle_tangent(parts, corners),
+        };
         let u = u - n * u.dot(n);
         let u = if u.length() > MIN_LENGTH { u.normalize() } else { fixed_tangent(n) };
         let frame = LocalFrame::new(n, u);
@@ -97,6 +100,20 @@ impl ShadedPoint {
     pub fn face(&self) -> DVec3 {
         if self.side.face.is_finite() { self.side.face } else { self.frame.n() }
     }
+}
+
+/// Returns the unit direction of growing u on a triangle; 0 if its texture coordinates are
+/// collinear or equal.
+///
+/// # Source
+/// The derivative of the position by u of Mitsuba's meshes.
+fn triangle_tangent(parts: &MeshParts, corners: [usize; 3]) -> DVec3 {
+    let [a, b, c] = corners.map(|corner| parts.positions[corner]);
+    let [ta, tb, tc] = corners.map(|corner| parts.uvs[corner]);
+    let (d, e) = (tb - ta, tc - ta);
+    let det = d.perp_dot(e);
+    let along = ((b - a) * e.y - (c - a) * d.y) * det.signum();
+    if det == 0.0 { DVec3::ZERO } else { along.normalize_or_zero() }
 }
 
 /// Returns the interpolated normal on the side of the surface that faces the eye, and that side.

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::frame::ShadedPoint;
 use super::values::round_to_f32;
-use crate::description::{Normals, Scene};
+use crate::description::{Normals, Scene, Tangents};
 
 /// Mesh and lights with which hits are shaded.
 pub(super) struct Surface<'a> {
@@ -20,6 +20,7 @@ pub(super) struct Surface<'a> {
     /// Occluders of shadow rays; `None` if the scene has no shadows.
     obstacles: Option<&'a Tracer>,
     normals: Normals,
+    tangents: Tangents,
     /// Reciprocal of the sum of the lights' reference irradiance, so that `shade` is at most about
     /// 1; 0 if that sum is 0 or infinite.
     shade_scale: f64,
@@ -104,7 +105,8 @@ impl<'a> Surface<'a> {
         let all: f64 = lights.iter().map(LightSampler::reference_irradiance).sum();
         let shade_scale = if all > 0.0 && all.is_finite() { 1.0 / all } else { 0.0 };
         let obstacles = scene.shadows.then(|| mesh.tracer());
-        Self { parts: mesh.parts(), mesh, lights, obstacles, normals: scene.normals, shade_scale }
+        let (normals, tangents) = (scene.normals, scene.tangents);
+        Self { parts: mesh.parts(), mesh, lights, obstacles, normals, tangents, shade_scale }
     }
 
     /// Shades a hit and writes the result to `point`, whose memory is reused.
@@ -116,7 +118,7 @@ impl<'a> Surface<'a> {
         point: &mut SurfacePoint,
     ) {
         let CameraRay { ray, seed } = camera_ray;
-        let shaded = ShadedPoint::new(self.parts, hit, -ray.direction);
+        let shaded = ShadedPoint::new(self.parts, hit, -ray.direction, self.tangents);
         let position = self.in_unit_frame(shaded.position);
         let start = self.obstacles.map(|tracer| {
             let start = self.in_unit_frame(shaded.shadow_start(self.normals, self.parts, hit));

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::{SampleSet, Sampling};
-use crate::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera, Scene};
+use crate::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera, Scene, Tangents};
 
 fn sphere() -> Mesh {
     Mesh::builtin(BuiltinMesh::Sphere)
@@ -291,6 +291,53 @@ fn wo_is_clamped_above_horizon_when_interpolated_normal_faces_away() {
     assert!(samples.len() > 100);
     for index in 0..samples.len() {
         assert!((samples.pair(index).0.cos_o() - 1e-4).abs() < 1e-15);
+    }
+}
+
+#[test]
+fn tangent_is_that_of_the_triangle_or_interpolated() {
+    // Both triangles face the eye; u grows along +x on one, along (2, 1) on the other.
+    let square = obj("v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt .5 2\n\
+        f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n");
+    let from = DVec3::new(0.6, 0.0, 0.8);
+    let light = format!(r#"{{"kind": "directional", "direction": {:?}}}"#, (-from).to_array());
+    let scene = |tangents| Scene {
+        camera: Camera::Orthographic(OrthographicCamera { orthographic: 1.2 }),
+        lights: vec![serde_json::from_str(&light).unwrap()],
+        tangents,
+        ..Scene::default()
+    };
+    let set = SampleSet::render(&square, &scene(Tangents::Triangle), 33, 1);
+    let mut seen = [0; 2];
+    for index in 0..set.len() {
+        let (pair, uv) = set.pair(index);
+        let second = uv.y > uv.x + 1e-9;
+        let u = if second { DVec2::new(2.0, 1.0).normalize() } else { DVec2::X };
+        let expected = DVec3::new(0.6 * u.x, -0.6 * u.y, 0.8);
+        assert!((pair.wi() - expected).length() < 1e-12, "{uv} {:?}", pair.wi());
+        seen[usize::from(second)] += 1;
+    }
+    assert!(seen.iter().all(|count| *count > 100), "{seen:?}");
+    // The vertices that both triangles share have tangents in between.
+    let set = SampleSet::render(&square, &scene(Tangents::Vertex), 33, 1);
+    let angles: Vec<f64> = (0..set.len()).map(|index| set.pair(index).0.wi().y).collect();
+    let [low, high] = [f64::min, f64::max].map(|of| angles.iter().copied().reduce(of).unwrap());
+    assert!(high - low > 0.05 && angles.iter().any(|y| (y - 0.5 * (low + high)).abs() < 0.01));
+}
+
+#[test]
+fn tangent_depends_on_the_normal_alone_without_texture_coordinates() {
+    for face in ["f 1 2 3", "f 1/1 2/1 3/1", "f 1/1 2/2 3/3"] {
+        // Missing, equal and collinear texture coordinates.
+        let text = format!("v -1 -1 0\nv 1 -1 0\nv 0 1 0\nvt 0 0\nvt 1 1\nvt 2 2\n{face}\n");
+        let [vertex, triangle] = [Tangents::Vertex, Tangents::Triangle].map(|tangents| {
+            SampleSet::render(&obj(&text), &Scene { tangents, ..headlight(20.0, 10.0) }, 33, 1)
+        });
+        assert!(vertex.len() > 100);
+        for index in 0..vertex.len() {
+            let [a, b] = [&vertex, &triangle].map(|set| set.pair(index).0.wi());
+            assert!((a - b).length() < 1e-12, "{face}: {a} {b}");
+        }
     }
 }
 
