@@ -15,7 +15,7 @@ use crate::output;
 use crate::record::Finding;
 
 use fine_search::{FineEffort, FineSearch};
-use subject::{Group, Subject, subjects};
+use subject::{DrawnSubject, SubjectKind, subjects};
 
 /// Largest albedo of a material that conserves energy, with the tolerance of the check.
 const LARGEST: f64 = 1.0 + 1e-3;
@@ -50,7 +50,7 @@ struct Outcome {
 
 /// Results for one subject.
 struct Row {
-    subject: Subject,
+    subject: DrawnSubject,
     /// Largest albedo by brute force, without the limit.
     albedo: f64,
     place: String,
@@ -124,7 +124,7 @@ fn reaches_horizon(program: &Program) -> bool {
 fn table(rows: &[Row]) -> ResultTable {
     let mut table = ResultTable::default();
     for (effort, (name, kind)) in EFFORTS.iter().enumerate() {
-        for group in Group::ALL {
+        for group in SubjectKind::ALL {
             let of: Vec<&Row> = rows.iter().filter(|row| row.subject.group == group).collect();
             let limited: Vec<f64> = of.iter().map(|row| row.limited(effort)).collect();
             let surplus: Vec<f64> = of.iter().filter_map(|row| row.surplus(effort)).collect();
@@ -171,7 +171,7 @@ fn raw(rows: &[Row]) -> ResultTable {
 }
 
 fn chart(rows: &[Row]) -> Plot {
-    let series = |group: Group| {
+    let series = |group: SubjectKind| {
         let point = |effort: usize| {
             let of = || rows.iter().filter(move |row| row.subject.group == group);
             let ms: Vec<f64> = of().map(|row| row.outcomes[effort].ms).collect();
@@ -191,6 +191,6 @@ fn chart(rows: &[Row]) -> Plot {
         subtitle: format!("{} random subjects, one thread", rows.len()),
         x: Axis::log("time of the whole search, ms (median)"),
         y: Axis::log("share darker than needed, 90th percentile"),
-        series: Series::label_first(Group::ALL.map(series)),
+        series: Series::label_first(SubjectKind::ALL.map(series)),
     }
 }

@@ -7,7 +7,10 @@
 //! program has no azimuths, a homogeneous one no texture positions. Layers are integrated by a
 //! quadrature of their own. Derivation: docs/maths/energy.md.
 
+mod axes;
+mod evidence;
 mod hemisphere;
+mod lattice;
 mod limit;
 mod lobe;
 mod search;
@@ -23,10 +26,11 @@ use brood_program::{Child, Program};
 use glam::DVec2;
 use rayon::prelude::*;
 
+pub use axes::{UNBOUNDED_COS, is_anisotropic};
 pub use hemisphere::{Quadrature, direction_at, direction_pair};
 pub use limit::{EnergyLimit, FLATTEST_COS, Incidence};
 pub use lobe::LobeRule;
-pub use search::{ALBEDO_ORDER, Effort, LimitSearch, Stage, UNBOUNDED_COS, is_anisotropic};
+pub use search::{ALBEDO_ORDER, Effort, LimitSearch, Stage};
 
 use subject::{Fineness, Subject, largest};
 

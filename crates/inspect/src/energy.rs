@@ -13,8 +13,8 @@ pub struct Energy {
     pub max_albedo: f64,
     /// The same bound before the energy limit.
     pub unlimited_albedo: f64,
-    /// Part of both bounds that is an allowance for what the search may have missed, relative to the
-    /// largest albedo found (docs/maths/energy.md).
+    /// Part of both bounds that allows for what the search may have missed, relative to the largest
+    /// albedo found (docs/maths/energy.md).
     pub error_bound: f64,
     /// Divisor of f; 1 without the limit.
     pub divisor: f64,

@@ -82,7 +82,7 @@ pub struct Place {
 
 /// The largest albedo that was found.
 #[derive(Debug, Clone, Copy)]
-pub struct Found {
+pub struct FineAlbedo {
     /// Largest albedo of the channels.
     pub albedo: f64,
     /// Where it is.
@@ -158,7 +158,7 @@ impl FineSearch {
     }
 
     /// Returns the largest albedo of a program, output stage included.
-    pub fn largest(&self, program: &Program) -> Found {
+    pub fn largest(&self, program: &Program) -> FineAlbedo {
         let parts = Parts {
             squares: (program.operations() > 0).then(|| program.bare()),
             layers: program.layers().iter().map(Model::prepare).collect(),
@@ -181,7 +181,7 @@ impl FineSearch {
         squares: &Program,
         parts: &Parts<'_>,
         (u, v, turns): (bool, bool, bool),
-    ) -> Vec<Found> {
+    ) -> Vec<FineAlbedo> {
         let (places, set) = &self.scans[usize::from(turns) + 2 * usize::from(parts.highlights)];
         let of_layers: Vec<DVec3> =
             places.iter().map(|place| self.layers(parts, place, 3e-4)).collect();
@@ -201,8 +201,8 @@ impl FineSearch {
             let fixed = squares.at_texture_position(uv.x as f32, uv.y as f32);
             let albedos = set.albedos(&fixed);
             let both = albedos.into_iter().zip(&of_layers).zip(places);
-            let mut found: Vec<Found> = both
-                .map(|((squares, layers), place)| Found {
+            let mut found: Vec<FineAlbedo> = both
+                .map(|((squares, layers), place)| FineAlbedo {
                     albedo: stage(parts.output, squares + *layers),
                     place: Place { uv: *uv, ..*place },
                 })
@@ -214,11 +214,11 @@ impl FineSearch {
         positions.par_iter().map(at).collect::<Vec<_>>().concat()
     }
 
-    fn scan_layers(&self, parts: &Parts<'_>, turns: bool) -> Vec<Found> {
+    fn scan_layers(&self, parts: &Parts<'_>, turns: bool) -> Vec<FineAlbedo> {
         let (elevations, azimuths) = self.effort.layer_grid;
         let azimuths = if turns { azimuths } else { 1 };
         let places = grid(elevations / 2, elevations / 2, azimuths, 0.0);
-        let found = places.par_iter().map(|place| Found {
+        let found = places.par_iter().map(|place| FineAlbedo {
             albedo: stage(parts.output, self.layers(parts, place, 1e-4)),
             place: *place,
         });
@@ -254,15 +254,15 @@ impl FineSearch {
     fn refine(
         &self,
         parts: &Parts<'_>,
-        starts: Vec<Found>,
+        starts: Vec<FineAlbedo>,
         (u, v, turns): (bool, bool, bool),
-    ) -> Found {
+    ) -> FineAlbedo {
         let places: Vec<Place> = starts.iter().map(|found| found.place).collect();
         let albedos = self.measure(parts, &places, 1);
-        let mut climbers: Vec<Found> = places
+        let mut climbers: Vec<FineAlbedo> = places
             .into_iter()
             .zip(albedos)
-            .map(|(place, albedo)| Found { albedo, place })
+            .map(|(place, albedo)| FineAlbedo { albedo, place })
             .collect();
         let mut step = Place {
             elevation: 0.6 / self.effort.elevations as f64,
@@ -281,7 +281,7 @@ impl FineSearch {
             for (found, around) in climbers.iter_mut().zip(&around) {
                 for (place, albedo) in values.by_ref().take(around.len()) {
                     if albedo > found.albedo {
-                        *found = Found { albedo, place: *place };
+                        *found = FineAlbedo { albedo, place: *place };
                     }
                 }
             }
@@ -295,7 +295,7 @@ impl FineSearch {
         let albedos = self.measure(parts, &places, 2);
         let finals = places.into_iter().zip(albedos);
         finals
-            .map(|(place, albedo)| Found { albedo, place })
+            .map(|(place, albedo)| FineAlbedo { albedo, place })
             .max_by(|a, b| a.albedo.total_cmp(&b.albedo))
             .expect("there are two")
     }

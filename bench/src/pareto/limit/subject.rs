@@ -12,7 +12,7 @@ const LAYERS: u32 = 4;
 
 /// Kind of a subject.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Group {
+pub enum SubjectKind {
     /// A program without layers.
     Program,
     /// One model.
@@ -23,16 +23,16 @@ pub enum Group {
 
 /// A drawn subject.
 #[derive(Debug)]
-pub struct Subject {
+pub struct DrawnSubject {
     /// Kind of the subject.
-    pub group: Group,
+    pub group: SubjectKind,
     /// Dialect, kind of the model, or number of layers.
     pub about: String,
     /// The subject without the energy limit.
     pub program: Program,
 }
 
-impl Group {
+impl SubjectKind {
     /// All kinds.
     pub const ALL: [Self; 3] = [Self::Program, Self::Model, Self::Layered];
 
@@ -47,7 +47,7 @@ impl Group {
 }
 
 /// Draws `count` subjects: two in five programs, two in five models, one in five both.
-pub fn subjects(seed: u64, count: u32) -> impl Iterator<Item = Subject> {
+pub fn subjects(seed: u64, count: u32) -> impl Iterator<Item = DrawnSubject> {
     (0..count).map(move |slot| {
         let key = BirthKey { seed, slot, attempt: 0 };
         let mut draw = Draw(Stream::new(key, Operator::RandomLayers));
@@ -55,14 +55,14 @@ pub fn subjects(seed: u64, count: u32) -> impl Iterator<Item = Subject> {
             0 | 3 => {
                 let (about, genome) = genome(seed, slot, (slot / 5 * 2 + slot % 5 / 3) as usize);
                 let program = Program::lower(&genome);
-                Subject { group: Group::Program, about, program }
+                DrawnSubject { group: SubjectKind::Program, about, program }
             }
             1 | 4 => {
                 let kinds = ModelKind::ALL;
                 let kind = kinds[(slot / 5 * 2 + slot % 5 / 4) as usize % kinds.len()];
                 let genome = Genome::of_models(vec![draw.model(kind)]);
                 let program = Program::lower(&genome.expect("one model is a genome"));
-                Subject { group: Group::Model, about: kind.to_string(), program }
+                DrawnSubject { group: SubjectKind::Model, about: kind.to_string(), program }
             }
             _ => {
                 let layers: Vec<Model> = (0..1 + slot / 5 % LAYERS)
@@ -82,7 +82,7 @@ pub fn subjects(seed: u64, count: u32) -> impl Iterator<Item = Subject> {
                 );
                 let genome = genome.expect("a random genome takes four layers");
                 let program = Program::lower(&genome);
-                Subject { group: Group::Layered, about, program }
+                DrawnSubject { group: SubjectKind::Layered, about, program }
             }
         }
     })

@@ -2,35 +2,28 @@
 
 use std::sync::OnceLock;
 
-use brood_brdf::Input;
 use brood_program::Program;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::axes::{Axes, UNBOUNDED_COS};
+use super::evidence::Evidence;
 use super::hemisphere::Quadrature;
+use super::lattice::Lattice;
 use super::limit::{EnergyLimit, Incidence, tilt_of};
 use super::lobe::LobeRule;
 use super::subject::{Fineness, ProgramRule, Samples, Subject, largest};
 
-/// Inputs that change when the surface turns about its normal; a program without them is isotropic.
-const AZIMUTHAL: [Input; 4] = [Input::SmoothP5, Input::SmoothP6, Input::PaperP5, Input::PaperP6];
-/// Tilts near the normal that are searched for programs. Within 2^-20 radians, normalised tangential
-/// parts fade to 0; reciprocals and logarithms of inputs that are 0 at the normal vary in equal
-/// ratios of the tilt.
+/// Tilts near the normal that are searched for programs. Within 2^-20 radians, normalised
+/// tangential parts fade to 0; reciprocals and logarithms of inputs that are 0 at the normal vary
+/// in equal ratios of the tilt.
 const NEAR_TILTS: [f64; 6] = [2e-7, 5e-7, 8e-7, 1e-5, 4e-4, 6e-3];
-/// Cosine of the flattest incident direction, if a layer reflects without bound at the horizon.
-pub const UNBOUNDED_COS: f64 = 1e-4;
-/// Inputs that vary fast near the mirror direction.
-const HIGHLIGHT: [Input; 4] =
-    [Input::LogTanHalf, Input::NormalDotHalf, Input::CosineDifference, Input::MirrorAsymmetry];
 /// Highest order of the measurement.
 pub const ALBEDO_ORDER: usize = 128;
 /// Orders of the measurement, each twice the one before; see [`rule`] for highlights.
 const ORDERS: [usize; 3] = [32, 64, ALBEDO_ORDER];
 /// Spacings of the nodes for layers in the measurement, each half the one before.
 const SPACINGS: [f64; 3] = [0.25, 0.125, 0.0625];
-/// Relative error of f32 values and of the divided output stage.
-const ROUNDING: f64 = 1.0 / (1u64 << 20) as f64;
 /// Relative change at which the measurement ends, from one order to twice that order.
 const SETTLED: f64 = 1e-4;
 
@@ -353,110 +346,6 @@ impl LimitSearch {
     }
 }
 
-/// Albedos on the grid.
-struct Lattice<'a> {
-    /// Numbers of places along u, v, tilt and azimuth; the last axis is cyclic.
-    sides: [usize; 4],
-    /// Number of tilts that are searched.
-    rings: usize,
-    albedos: &'a [f64],
-}
-
-impl Lattice<'_> {
-    /// Returns the indices of the best peaks, best first.
-    fn peaks(&self, count: usize) -> Vec<usize> {
-        let mut found: Vec<(usize, f64)> =
-            (0..self.albedos.len()).filter_map(|index| Some((index, self.peak(index)?))).collect();
-        // A stable sort keeps the first of equal places first.
-        found.sort_by(|a, b| b.1.total_cmp(&a.1));
-        found.into_iter().take(count).map(|(index, _)| index).collect()
-    }
-
-    /// Adds the places with the largest albedos until there are `count`.
-    fn add_largest(&self, starts: &mut Vec<usize>, count: usize) {
-        let searched = |index: &usize| index / self.sides[3] % self.sides[2] < self.rings;
-        let mut all: Vec<usize> = (0..self.albedos.len()).filter(searched).collect();
-        all.sort_by(|a, b| self.albedos[*b].total_cmp(&self.albedos[*a]));
-        for index in all.into_iter().take(count) {
-            if starts.len() < count && self.albedos[index] > 0.0 && !starts.contains(&index) {
-                starts.push(index);
-            }
-        }
-    }
-
-    /// Returns the albedo that parabolas of its logarithm reach near a place, or `None` if a
-    /// neighbour has a larger albedo.
-    fn peak(&self, index: usize) -> Option<f64> {
-        let middle = self.albedos[index];
-        let ring = index / self.sides[3] % self.sides[2];
-        if ring >= self.rings || middle <= 0.0 {
-            return None;
-        }
-        let mut rise = 0.0;
-        let mut stride = 1;
-        for axis in (0..4).rev() {
-            let side = self.sides[axis];
-            let at = index / stride % side;
-            let end = if axis == 2 { self.rings } else { side };
-            let neighbour = |at: usize, to: usize| self.albedos[index + to * stride - at * stride];
-            let below = (at > 0).then(|| neighbour(at, at - 1));
-            let above = (at + 1 < end).then(|| neighbour(at, at + 1));
-            let is_cyclic = axis == 3 && side > 2;
-            let below = below.or_else(|| is_cyclic.then(|| neighbour(at, side - 1)));
-            let above = above.or_else(|| is_cyclic.then(|| neighbour(at, 0)));
-            if below.is_some_and(|below| below > middle)
-                || above.is_some_and(|above| above > middle)
-            {
-                return None;
-            }
-            if let (Some(below), Some(above)) = (below, above) {
-                rise += log_rise(below, middle, above);
-            }
-            stride *= side;
-        }
-        Some(libm::log(middle) + rise)
-    }
-}
-
-/// Rise of the logarithm from the middle of three places to the top of the parabola through them.
-fn log_rise(below: f64, middle: f64, above: f64) -> f64 {
-    let log = |albedo: f64| libm::log((albedo / middle).max(f64::MIN_POSITIVE));
-    let (below, above) = (log(below), log(above));
-    let bend = -(below + above);
-    if bend > 0.0 { (above - below) * (above - below) / (8.0 * bend) } else { 0.0 }
-}
-
-/// Signs of how much larger than the largest albedo found the maximum may be.
-#[derive(Debug, Clone, Copy, Default)]
-struct Evidence {
-    /// Largest change of the logarithm of the albedo of a start by the finer quadrature of each
-    /// stage.
-    noise: [f64; 2],
-    /// Rise of the logarithm of the largest albedo from the best start to the end of the climb.
-    rise: f64,
-    /// Relative gain of the last step, which bounds that of further steps.
-    gain: f64,
-}
-
-impl Evidence {
-    /// Returns the relative error bound of the albedo, given its relative change by the last
-    /// doubling of the order.
-    fn error_bound(&self, change: f64, is_program: bool) -> f64 {
-        let settled = 2.0 * change + self.gain + ROUNDING;
-        if !is_program {
-            // Albedos of layers are smooth: only the last stage's quadrature can mislead.
-            return settled + 0.5 * self.noise[1];
-        }
-        // Where a finer quadrature or a short climb changes albedos much, the grid may as well have
-        // missed a higher peak: docs/maths/energy.md has the counts.
-        let missed = 0.8 * self.noise[0] + self.noise[1] + 0.25 * self.rise;
-        settled + libm::expm1(missed.min(LARGEST_MISS))
-    }
-}
-
-/// Bound of the logarithm of the ratio of a missed peak to the one found.
-const LARGEST_MISS: f64 = 5.0;
-
 /// Largest albedo of some places.
 fn best(ranked: &[(Incidence, f64)]) -> f64 {
     ranked.iter().map(|(_, albedo)| *albedo).fold(0.0, f64::max)
@@ -558,80 +447,4 @@ fn rule(order: usize, highlight: bool) -> ProgramRule {
 /// Returns the quadrature for a program.
 pub(super) fn rule_for(program: &Program, order: usize) -> ProgramRule {
     rule(order, Axes::of(program).highlight)
-}
-
-/// True if anything that the program reads changes when the surface turns about its normal;
-/// otherwise the program is isotropic.
-#[must_use]
-pub fn is_anisotropic(program: &Program) -> bool {
-    let inputs = program.inputs();
-    AZIMUTHAL.into_iter().any(|input| inputs.contains(input))
-        || program.layers().iter().any(|model| *model != model.isotropic())
-}
-
-/// Coordinates of a place that can change the result of a program.
-#[derive(Debug, Clone, Copy)]
-struct Axes {
-    azimuth: bool,
-    u: bool,
-    v: bool,
-    /// True if there is a program beside the layers.
-    program: bool,
-    /// True if an input varies fast near the mirror direction.
-    highlight: bool,
-    /// Largest tilt.
-    tilt_max: f64,
-}
-
-impl Axes {
-    fn of(program: &Program) -> Self {
-        let inputs = program.inputs();
-        let reads = |input| inputs.contains(input);
-        let is_unbounded = program.layers().iter().any(|model| !model.is_bounded_at_horizon());
-        Self {
-            azimuth: is_anisotropic(program),
-            u: reads(Input::U),
-            v: reads(Input::V),
-            program: !program.steps().is_empty(),
-            highlight: HIGHLIGHT.into_iter().any(reads),
-            tilt_max: if is_unbounded { tilt_of(UNBOUNDED_COS) } else { 2.0 },
-        }
-    }
-
-    /// Returns the place within the domain.
-    fn clamped(&self, place: Incidence) -> Incidence {
-        Incidence {
-            tilt: place.tilt.clamp(0.0, self.tilt_max),
-            uv: place.uv.clamp(DVec2::ZERO, DVec2::ONE),
-            ..place
-        }
-    }
-
-    /// Returns the places one step away along each axis, both ways.
-    fn neighbours(&self, place: &Incidence, step: &Incidence) -> Vec<[Incidence; 2]> {
-        let mut all = Vec::new();
-        let mut add = |along: Incidence| {
-            all.push([-1.0, 1.0].map(|sign| {
-                self.clamped(Incidence {
-                    tilt: place.tilt + sign * along.tilt,
-                    turn: place.turn + sign * along.turn,
-                    uv: place.uv + sign * along.uv,
-                })
-            }));
-        };
-        let still = Incidence { tilt: 0.0, turn: 0.0, uv: DVec2::ZERO };
-        // Near the normal, steps are in proportion to the tilt.
-        let share = if place.tilt > 0.0 { (16.0 * place.tilt).min(1.0) } else { 1.0 };
-        add(Incidence { tilt: share * step.tilt, ..still });
-        if self.azimuth {
-            add(Incidence { turn: step.turn, ..still });
-        }
-        if self.u {
-            add(Incidence { uv: DVec2::X * step.uv.x, ..still });
-        }
-        if self.v {
-            add(Incidence { uv: DVec2::Y * step.uv.y, ..still });
-        }
-        all
-    }
 }

@@ -15,9 +15,12 @@ use super::sweep::{Parameters, Sweep, Workspace};
 use super::{Lobes, Shape};
 use crate::levenberg_marquardt::NormalEquations;
 
-/// Angles of the incident light, in degrees from the normal.
-pub(crate) const ANGLES: [f64; 12] =
-    [0.0, 30.0, 50.0, 62.0, 70.0, 76.0, 80.0, 83.0, 85.5, 87.5, 88.7, 89.5];
+/// Angles of the incident light, in degrees from the normal. The last ones divide the cosine by
+/// about five, down to the 1e-6 at which the energy limit ends.
+pub(crate) const ANGLES: [f64; 17] = [
+    0.0, 30.0, 50.0, 62.0, 70.0, 76.0, 80.0, 83.0, 85.5, 87.5, 88.7, 89.5, 89.9, 89.98, 89.996,
+    89.9992, 89.99994,
+];
 /// Order of the quadrature ([`LobeRule`]).
 const ORDER: usize = 12;
 /// Albedo above which the penalty is not 0, and albedo from which on a fit gets the penalty. The
