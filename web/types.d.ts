@@ -340,15 +340,16 @@ export interface components {
             divisor: number;
             /**
              * Format: double
-             * @description Estimated relative error bound of both albedos (docs/maths/energy.md).
+             * @description Part of both bounds that allows for what the search may have missed, relative to the largest
+             *     albedo found (docs/maths/energy.md).
              */
             error_bound: number;
             /** @description True if the genome has the energy limit. */
             limited: boolean;
             /**
              * Format: double
-             * @description Largest directional albedo over incident directions, channels and, if the program reads
-             *     them, texture positions in [0, 1]^2; after the energy limit if the genome has one.
+             * @description Upper bound of the directional albedo over incident directions, channels and, if the program
+             *     reads them, texture positions in [0, 1]^2; after the energy limit if the genome has one.
              */
             max_albedo: number;
             /** @description Number of reflectances evaluated. */
@@ -360,7 +361,7 @@ export interface components {
             theta_deg: number;
             /**
              * Format: double
-             * @description Largest directional albedo before the energy limit.
+             * @description The same bound before the energy limit.
              */
             unlimited_albedo: number;
         };
