@@ -9,7 +9,7 @@ use brood_eval::{
 };
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, RenderStats};
-use brood_scene::{PictureSize, PixelArea, SampleSet};
+use brood_scene::{Exposure, PictureSize, PixelArea, SampleSet, Sampling};
 
 use crate::cache::{Caches, Raster, SceneView};
 use crate::error::RenderError;
@@ -83,7 +83,7 @@ impl EvaluatedPicture<'_> {
         let Refinement { pixels, samples } = refine_radiance(
             &mut image,
             (self.set, self.f),
-            self.gain,
+            self.automatic_gain()?,
             |rays, pixels| view.render_pixels((frame.size_px, rays), pixels),
             |set, f| evaluators.eval(backend, &[*program], set, f),
         )?;
@@ -123,6 +123,21 @@ impl EvaluatedPicture<'_> {
             });
         }
         Ok(())
+    }
+
+    /// Returns the automatic exposure of the whole picture: linear radiance does not depend on the
+    /// film.
+    fn automatic_gain(&self) -> Result<Gain, RenderError> {
+        if self.own_area().is_none() {
+            return Ok(Gain::new(Exposure::Auto, self.set, self.f));
+        }
+        let Refiner { caches, evaluators, view, frame, program, .. } = &self.refiner;
+        let (size_px, sampling) = (frame.size_px, Sampling::Fixed(1));
+        let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
+        let set = caches.sample_set_nonblocking(view, raster);
+        let mut f = Vec::new();
+        evaluators.eval(self.fine_backend(), &[*program], &set, &mut f)?;
+        Ok(Gain::new(Exposure::Auto, &set, &f))
     }
 
     /// Returns the evaluator of supersampled pixels. They have too few samples for a GPU; the exact

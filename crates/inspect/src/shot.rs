@@ -11,7 +11,7 @@ use brood_eval::{
 };
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{Exposure, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
 
 use crate::{LinearImage, Specimen};
 
@@ -110,7 +110,8 @@ impl Shot<'_> {
         let refined = refine_radiance(
             &mut radiance,
             (set, &f),
-            gain,
+            // Linear radiance does not depend on the film.
+            Gain::new(Exposure::Auto, set, &f),
             |rays, pixels| {
                 let picture = (self.size_px, rays);
                 SampleSet::render_pixels(self.mesh, self.scene, self.assets, picture, pixels)
