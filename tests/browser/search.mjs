@@ -66,11 +66,11 @@ export async function search(app, step, shot, base) {
   });
 
   await step("explains what is wrong with a bad file, and keeps the form", async () => {
-    await app.id("search-seed").fill("7");
+    await app.id("search-seed").fill("5");
     await app.id("target-file").setInputFiles(BAD);
     const error = page.locator("[data-testid=error][data-place=target]");
     await error.filter({ hasText: "row 600" }).waitFor();
-    assert.equal(await app.id("search-seed").inputValue(), "7");
+    assert.equal(await app.id("search-seed").inputValue(), "5");
     assert.ok(await app.id("search-start").isDisabled());
     await shot("51-search-bad-file");
     await app.id("target-file").setInputFiles(file("unnamed.dat", samples(600)));
@@ -119,7 +119,7 @@ export async function search(app, step, shot, base) {
     await stands(app, "done");
     const ended = await present(app);
     assert.equal(ended.state, "succeeded");
-    assert.equal(String(ended.seed), "7");
+    assert.equal(String(ended.seed), "5");
     assert.equal(ended.strategy, "lobes");
     assert.equal(ended.generation, GENERATIONS);
     assert.match(
