@@ -66,6 +66,9 @@ impl<'a> Code<'a> {
     /// Translates a program for the samples of a set and an instruction set.
     pub(crate) fn new(program: &'a Program, set: &'a SampleSet, level: Level) -> Self {
         let layers = Layers::of(program);
+        // Not inside the borrow: computing an input is a parallel loop, and while this thread waits
+        // for it rayon may run another task on it that translates.
+        program.inputs().iter().for_each(|input| _ = set.input(input));
         let code = TRANSLATION.with_borrow_mut(|translation| translation.run(program, set, level));
         Self { layers, ..code }
     }

@@ -227,3 +227,16 @@ proptest! {
         prop_assert!(albedo <= bound * 1.001, "{program:?} {place:?}: {albedo} > {bound}");
     }
 }
+
+#[test]
+fn limits_of_many_programs_are_found_in_parallel() {
+    let random = Variation::random(Dialect::default());
+    let programs: Vec<Program> = (0..48)
+        .map(|slot| {
+            let key = BirthKey { seed: 3, slot, attempt: 0 };
+            Program::lower(&random.birth(key))
+        })
+        .collect();
+    let found: Vec<EnergyLimit> = programs.par_iter().map(energy_limit).collect();
+    assert!(found.iter().all(|limit| limit.divisor >= 1.0));
+}
