@@ -381,11 +381,19 @@ mod tests {
                 let develop = |renderer: &Renderer, frame: &Frame| {
                     renderer.develop(frame, &mesh, &[&program]).unwrap().remove(0)
                 };
-                let whole = develop(&renderer, &frame);
+                let radiance = |renderer: &Renderer, frame: &Frame| {
+                    let linear =
+                        renderer.images(frame, &mesh, &[&program], |_, image| image.radiance());
+                    linear.unwrap().remove(0)
+                };
+                let (whole, linear) = (develop(&renderer, &frame), radiance(&renderer, &frame));
                 assert_eq!((whole.width, whole.height), (size.width, size.height));
                 let part = frame.with_area(Some(area));
                 let fresh = Renderer::new(Backend::Cpu);
                 assert_eq!(develop(&fresh, &part), whole.crop(area), "{size}");
+                let found = radiance(&Renderer::new(Backend::Cpu), &part);
+                let expected = linear.crop(area);
+                assert_eq!(found.premultiplied(), expected.premultiplied(), "{size}");
             }
         }
     }

@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use brood_brdf::{Input, InputMask};
-use brood_light::Light;
+use brood_light::{Light, LightAssets};
 use brood_mesh::{BuiltinMesh, Mesh};
 
-use super::{PixelArea, SampleSet, Sampling};
+use super::{PictureSize, PixelArea, SampleSet, Sampling};
 use crate::{Camera, OrthographicCamera, Scene};
 
 /// Parallel projection, in which the sphere is a disc of radius 0.8 half sides of the picture.
@@ -169,4 +169,29 @@ fn adaptive_set_is_bit_identical_for_any_number_of_threads() {
     assert_eq!(one.image(), four.image());
     assert_eq!((one.pairs, one.uvs), (four.pairs, four.uvs));
     assert_eq!(one.irradiance, four.irradiance);
+}
+
+#[test]
+fn listed_pixels_equal_those_of_the_whole_picture() {
+    let (mesh, scene) = (Mesh::builtin(BuiltinMesh::Knob), Scene::default());
+    let size_px = PictureSize { width: 40, height: 24 };
+    let whole = SampleSet::render(&mesh, &scene, size_px, Sampling::Fixed(5));
+    // More pixels than a thread samples at a time, in any order, with and without hits.
+    let pixels: Vec<(u32, u32)> = (0..60).map(|k| (k * 7 % 40, k * 5 % 24)).collect();
+    let assets = LightAssets::default();
+    let listed = SampleSet::render_pixels(&mesh, &scene, &assets, (size_px, 5), &pixels);
+    let samples = |set: &SampleSet, pixel: u32| -> Vec<(f32, f32)> {
+        let span = set.image().unwrap().spans().find(|span| span.pixel == pixel);
+        let range = span.map_or(0..0, |span| span.start as usize..span.end as usize);
+        range.map(|sample| (set.input(Input::P1)[sample], set.irradiance()[0][sample])).collect()
+    };
+    let coverage = |set: &SampleSet, pixel: u32| set.image().unwrap().coverage[pixel as usize];
+    let mut hits = 0;
+    for (index, (x, y)) in (0..).zip(pixels) {
+        let pixel = y * size_px.width + x;
+        assert_eq!(samples(&listed, index), samples(&whole, pixel), "{x}, {y}");
+        assert_eq!(coverage(&listed, index), coverage(&whole, pixel), "{x}, {y}");
+        hits += usize::from(coverage(&listed, index) > 0.0);
+    }
+    assert!(hits > 10 && hits < 60, "{hits}");
 }

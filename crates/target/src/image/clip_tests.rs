@@ -76,21 +76,30 @@ impl Case {
         decode_linear(bytes.get_ref(), SIDE_PX).unwrap()
     }
 
-    /// Reads a picture; returns the view, the number of used pixels whose radiance is at least 5 %
-    /// above the largest that can be shown, and of clipped pixels whose radiance is below it.
-    fn read(&self, brightest: f64, damage: Damage, clip_from: ClipFrom) -> (ImageView, [usize; 2]) {
-        let picture = self.picture(brightest, damage);
+    /// Reads a picture of the case.
+    fn view(
+        &self,
+        picture: &LinearPicture,
+        clip_from: ClipFrom,
+    ) -> Result<ImageView, ImageTargetError> {
         let view = View {
             mesh: &self.mesh,
             scene: &self.scene,
             assets: &LightAssets::default(),
             sampling: Sampling::Fixed(1),
-            picture: &picture,
+            picture,
             mask: None,
             is_gain_unknown: false,
             clip_from,
         };
-        let (view, _) = ImageView::new(&view).unwrap();
+        ImageView::new(&view).map(|(view, _)| view)
+    }
+
+    /// Makes a picture and reads it; returns the view, the number of used pixels whose radiance is at least 5 %
+    /// above the largest that can be shown, and of clipped pixels whose radiance is below it.
+    fn read(&self, brightest: f64, damage: Damage, clip_from: ClipFrom) -> (ImageView, [usize; 2]) {
+        let picture = self.picture(brightest, damage);
+        let view = self.view(&picture, clip_from).unwrap();
         let above = |rgb: &[f64; 3], least: f64| rgb.iter().any(|value| value * brightest >= least);
         let both = || self.radiance.iter().zip(view.statuses());
         let missed =
@@ -204,17 +213,7 @@ fn picture_of_linear_light_is_clipped_by_a_plateau_at_one() {
         let clipped = vec![false; pixels.len()];
         let (width, height, is_linear) = (SIDE_PX, SIDE_PX, true);
         let picture = LinearPicture { width, height, pixels, clipped, is_linear };
-        let view = View {
-            mesh: &case.mesh,
-            scene: &case.scene,
-            assets: &LightAssets::default(),
-            sampling: Sampling::Fixed(1),
-            picture: &picture,
-            mask: None,
-            is_gain_unknown: false,
-            clip_from,
-        };
-        ImageView::new(&view).map(|(view, _)| view.counts().clipped)
+        case.view(&picture, clip_from).map(|view| view.counts().clipped)
     };
     assert!(read(1.0, ClipFrom::Auto).unwrap() > 20);
     assert_eq!(read(1e9, ClipFrom::Auto), Ok(0));
