@@ -95,8 +95,9 @@ impl Case {
         ImageView::new(&view).map(|(view, _)| view)
     }
 
-    /// Makes a picture and reads it; returns the view, the number of used pixels whose radiance is at least 5 %
-    /// above the largest that can be shown, and of clipped pixels whose radiance is below it.
+    /// Makes a picture and reads it; returns the view, the number of used pixels whose radiance is
+    /// at least 5 % above the largest that can be shown, and of clipped pixels whose radiance is
+    /// below it.
     fn read(&self, brightest: f64, damage: Damage, clip_from: ClipFrom) -> (ImageView, [usize; 2]) {
         let picture = self.picture(brightest, damage);
         let view = self.view(&picture, clip_from).unwrap();
