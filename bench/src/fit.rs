@@ -14,9 +14,10 @@ use brood_eval::{energy_limit, express};
 use brood_search::{Options, Search};
 use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 use clap::Args;
+use rayon::ThreadPool;
 
 use super::published::Published;
-use super::record::CommonArgs;
+use super::record::{CommonArgs, Finding, SeedsArgs};
 use super::target::samples_csv;
 use crate::budget::{FitBudget, spend};
 use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
@@ -44,6 +45,8 @@ pub struct BenchFitArgs {
     /// Number of threads
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
+    #[command(flatten)]
+    seeds: SeedsArgs,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -93,16 +96,30 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
     let folder = args.common.start()?;
     let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(args.threads)).build();
     let pool = pool.context("start the threads of the fits")?;
-    let (studio, mut rows) = (Studio::new(), Vec::new());
+    let (studio, mut materials) = (Studio::new(), Vec::new());
     for name in source.names(&args.materials)? {
-        let measured = source.read(&name)?;
-        let FitMaterial { name, target, .. } = &measured;
+        let material = source.read(&name)?;
         if let Some(out) = &args.common.out {
-            write_samples(out, name, target)?;
+            write_samples(out, &material.name, &material.target)?;
         }
-        let run = |seconds: &f64| {
-            pool.install(|| fit_once(&measured, &studio, *seconds, args.common.seed))
-        };
+        materials.push(material);
+    }
+    let of_seed = |seed| Ok(vec![of_seed(args, (&materials, &published), (&pool, &studio), seed)?]);
+    let finding = args.seeds.measure(args.common.seed, false, of_seed)?.remove(0);
+    folder.finish_table(&finding, json)
+}
+
+/// Fits every material with one seed; pictures are those of the last seed.
+fn of_seed(
+    args: &BenchFitArgs,
+    (materials, published): (&[FitMaterial], &Published),
+    (pool, studio): (&ThreadPool, &Studio),
+    seed: u64,
+) -> Result<Finding> {
+    let mut rows = Vec::new();
+    for measured in materials {
+        let FitMaterial { name, target, .. } = measured;
+        let run = |seconds: &f64| pool.install(|| fit_once(measured, studio, *seconds, seed));
         let runs = args.seconds.iter().map(run).collect::<Result<Vec<_>>>()?;
         let picture = runs.last().and_then(|run| run.picture.as_ref());
         if let (Some(out), Some(picture)) = (&args.common.out, picture) {
@@ -111,14 +128,19 @@ pub fn run(args: &BenchFitArgs, json: bool) -> Result<()> {
             output::write_file(&pictures.join(format!("{name}.png")), picture)?;
         }
         let published = published.e_log(name, &target.held)?;
-        let two_lobes = pool.install(|| two_lobes(target, args.common.seed))?;
+        let two_lobes = pool.install(|| two_lobes(target, seed))?;
         let floor = target.floor().unwrap_or(0.0);
         let row = Row { material: name.clone(), floor, runs, published, two_lobes };
         eprintln!("{}", line(&row));
         rows.push(row);
     }
-    let table = table(&rows);
-    folder.finish_table("fit", ("", &table), &chart(&rows, args).svg(), json)
+    Ok(Finding {
+        name: "fit",
+        note: format!("{} threads; E_log on held-out samples", args.threads),
+        table: table(&rows),
+        raw: Some(table(&rows)),
+        chart: chart(&rows, args).into(),
+    })
 }
 
 /// Fits a material within a budget and measures the result.
@@ -233,8 +255,7 @@ fn chart(rows: &[Row], args: &BenchFitArgs) -> BarChart {
     let group = |row: &Row| {
         let own = row.runs.last().map(|run| run.e_log);
         let all = own.into_iter().chain(row.published.iter().filter_map(|(_, e_log)| *e_log));
-        let bar =
-            |(series, value): (usize, f64)| Bar { series, value, label: format!("{value:.4}") };
+        let bar = |(series, value): (usize, f64)| Bar { series, value, ..Bar::default() };
         Group { name: row.material.clone(), bars: all.enumerate().map(bar).collect() }
     };
     BarChart::new(

@@ -14,7 +14,7 @@ use brood_scene::SampleSet;
 use clap::Args;
 
 use super::measure::{fastest_and_slowest_pass, one_thread, programs};
-use super::record::CommonArgs;
+use super::record::{CommonArgs, Finding, SeedsArgs};
 use super::target::random_pairs;
 use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
 use crate::output;
@@ -29,12 +29,14 @@ const HARD_SAMPLES: usize = 2000;
 /// Options of `brood bench model`.
 #[derive(Debug, Args)]
 pub struct BenchModelArgs {
-    /// Number of random models of each kind in the stress test
-    #[arg(long, value_name = "N", default_value_t = 500, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    /// Number of random models of each kind and seed in the stress test
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     models: u32,
     /// Number of passes; the fastest counts, the slowest is printed as well
-    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     passes: u32,
+    #[command(flatten)]
+    seeds: SeedsArgs,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -68,9 +70,15 @@ struct Stress {
 /// Runs the command.
 pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
     let folder = args.common.start()?;
-    let set = SampleSet::from_pairs(&random_pairs(args.common.seed, SAMPLES), &[]);
+    let of_seed = |seed| Ok(vec![of_seed(args, seed)?]);
+    let finding = args.seeds.measure(args.common.seed, false, of_seed)?.remove(0);
+    folder.finish_table(&finding, json)
+}
+
+fn of_seed(args: &BenchModelArgs, seed: u64) -> Result<Finding> {
+    let set = SampleSet::from_pairs(&random_pairs(seed, SAMPLES), &[]);
     let pool = one_thread()?;
-    let programs = programs(args.common.seed, PROGRAMS);
+    let programs = programs(seed, PROGRAMS);
     let programs: Vec<&Program> = programs.iter().collect();
     let (of_programs, _) = pool.install(|| time(&programs, &set, args.passes))?;
     let bar = output::bar(ModelKind::ALL.len() as u64, "models");
@@ -83,16 +91,18 @@ pub fn run(args: &BenchModelArgs, json: bool) -> Result<()> {
         let reference_ns = time_reference(&prepared, &set, args.passes);
         let program = Program::lower(&Genome::of_models(vec![model])?);
         let (ns, slowest_ns) = pool.install(|| time(&[&program], &set, args.passes))?;
-        let stress = stress(kind, args);
+        let stress = stress(kind, args.models, seed);
         rows.push(Row { kind, ns, slowest_ns, reference_ns, prepare_us, stress });
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let table = table(&rows, of_programs);
-    let head = format!(
-        "one thread, {SAMPLES} samples, preparation included; a random program takes {of_programs:.2} ns per sample\n"
-    );
-    folder.finish_table("model", (&head, &table), &chart(&rows, of_programs).svg(), json)
+    Ok(Finding {
+        name: "model",
+        note: format!("one thread, {SAMPLES} samples, preparation included"),
+        table: table(&rows, of_programs),
+        raw: None,
+        chart: chart(&rows).into(),
+    })
 }
 
 /// Nanoseconds per program and sample of the fastest and the slowest pass.
@@ -116,13 +126,15 @@ fn time_reference(model: &PreparedModel, set: &SampleSet, passes: u32) -> f64 {
 }
 
 /// Evaluates random models of one kind on hard samples, in blocks.
-fn stress(kind: ModelKind, args: &BenchModelArgs) -> Stress {
+fn stress(kind: ModelKind, models: u32, seed: u64) -> Stress {
     let mut found = Stress::default();
-    for slot in 0..u64::from(args.models) {
-        let model = wild_model(kind, args.common.seed.wrapping_add(slot));
+    for slot in 0..u64::from(models) {
+        // Other models and samples than those of the next seeds.
+        let seed = seed.wrapping_mul(1 << 20).wrapping_add(slot);
+        let model = wild_model(kind, seed);
         let prepared = model.prepare();
         let reciprocal = prepared.claims().reciprocal;
-        let set = hard_samples(args.common.seed.wrapping_add(slot), HARD_SAMPLES);
+        let set = hard_samples(seed, HARD_SAMPLES);
         let pairs = set.pairs(0..set.len());
         let swapped: Vec<DirectionPair> = pairs.iter().map(DirectionPair::swapped).collect();
         for (f, back) in values(&prepared, pairs).into_iter().zip(values(&prepared, &swapped)) {
@@ -169,16 +181,14 @@ fn table(rows: &[Row], of_programs: f64) -> ResultTable {
         .collect()
 }
 
-fn chart(rows: &[Row], of_programs: f64) -> BarChart {
+fn chart(rows: &[Row]) -> BarChart {
     let group = |row: &Row| Group {
         name: row.kind.name().to_owned(),
-        bars: vec![Bar { series: 0, value: row.ns, label: format!("{:.1} ns", row.ns) }],
+        bars: vec![Bar { value: row.ns, suffix: " ns".to_owned(), ..Bar::default() }],
     };
     BarChart::new(
         "Reflectance models: time per sample on one core",
-        format!(
-            "defaults, {SAMPLES} samples, f64, preparation included; a random program of a hundred instructions: {of_programs:.1} ns"
-        ),
+        format!("defaults, {SAMPLES} samples, f64, preparation included"),
         Axis::linear("nanoseconds per sample"),
         rows.iter().map(group),
     )

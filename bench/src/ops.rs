@@ -5,7 +5,7 @@
 //! operations left after lowering, *equivalent* those of the genome as written.
 
 use super::measure::{fastest_and_slowest_pass, one_thread};
-use super::record::CommonArgs;
+use super::record::{CommonArgs, Finding, SeedsArgs};
 use super::target::random_pairs;
 use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
 use anyhow::Result;
@@ -21,12 +21,14 @@ const SAMPLES: usize = 4096;
 /// Options of `brood bench ops`.
 #[derive(Debug, Args)]
 pub struct BenchOpsArgs {
-    /// Number of random programs of each mix
-    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    /// Number of random programs of each mix and seed
+    #[arg(long, value_name = "N", default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     programs: u32,
     /// Number of passes over all programs; the fastest counts, the slowest is printed as well
     #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     passes: u32,
+    #[command(flatten)]
+    seeds: SeedsArgs,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -63,19 +65,29 @@ const MIXES: [Mix; 3] = [
 /// Runs the command.
 pub fn run(args: &BenchOpsArgs, json: bool) -> Result<()> {
     let folder = args.common.start()?;
-    let set = SampleSet::from_pairs(&random_pairs(args.common.seed, SAMPLES), &[]);
+    let of_seed = |seed| Ok(vec![of_seed(args, seed)?]);
+    let finding = args.seeds.measure(args.common.seed, false, of_seed)?.remove(0);
+    folder.finish_table(&finding, json)
+}
+
+fn of_seed(args: &BenchOpsArgs, seed: u64) -> Result<Finding> {
+    let set = SampleSet::from_pairs(&random_pairs(seed, SAMPLES), &[]);
     let pool = one_thread()?;
     let mut rows = Vec::new();
     for mix in MIXES {
         let genomes: Vec<Genome> =
-            (0..args.programs).map(|slot| genome(&mix, args.common.seed, slot)).collect();
+            (0..args.programs).map(|slot| genome(&mix, seed, slot)).collect();
         for level in Level::available() {
             rows.push(pool.install(|| measure(&mix, level, &genomes, &set, args.passes))?);
         }
     }
-    let table = table(&rows);
-    let head = format!("one thread, {SAMPLES} samples, {} programs of each mix\n", args.programs);
-    folder.finish_table("ops", (&head, &table), &chart(&rows, args.programs).svg(), json)
+    Ok(Finding {
+        name: "ops",
+        note: format!("one thread, {SAMPLES} samples, {} programs of each mix", args.programs),
+        table: table(&rows),
+        raw: None,
+        chart: chart(&rows, args.programs).into(),
+    })
 }
 
 fn table(rows: &[Row]) -> ResultTable {
@@ -100,7 +112,8 @@ fn chart(rows: &[Row], programs: u32) -> BarChart {
     let bar = |row: &Row| Bar {
         series: levels.iter().position(|level| level.name() == row.level).unwrap_or(0),
         value: row.executed_per_second / 1e9,
-        label: format!("{:.2} G/s, {}", row.executed_per_second / 1e9, row.level),
+        suffix: format!(" G/s, {}", row.level),
+        ..Bar::default()
     };
     let group = |mix: &Mix| Group {
         name: mix.name.to_owned(),

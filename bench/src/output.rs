@@ -3,11 +3,12 @@
 use std::fs;
 use std::io::{ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::LazyLock;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
 use brood_protocol::random_bytes;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 /// Writes a file atomically: readers see the old content or the new one.
@@ -96,17 +97,20 @@ pub fn print_json(value: &impl Serialize) -> Result<()> {
     print(&format!("{}\n", serde_json::to_string(value).context("write JSON")?))
 }
 
+/// All progress on stderr, one line below another.
+static PROGRESS: LazyLock<MultiProgress> = LazyLock::new(MultiProgress::new);
+
 /// Progress bar on stderr; hidden if stderr is not a terminal.
 pub fn bar(steps: u64, what: &'static str) -> ProgressBar {
     let bar = ProgressBar::new(steps).with_message(what);
     let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}");
     bar.set_style(style.expect("the template is valid"));
-    bar
+    PROGRESS.add(bar)
 }
 
 /// Spinner on stderr for work of unknown length; hidden if stderr is not a terminal.
 pub fn spinner(what: &'static str) -> ProgressBar {
-    let spinner = ProgressBar::new_spinner().with_message(what);
+    let spinner = PROGRESS.add(ProgressBar::new_spinner().with_message(what));
     spinner.enable_steady_tick(Duration::from_millis(200));
     spinner
 }

@@ -19,7 +19,7 @@ use std::path::PathBuf;
 use anyhow::Result;
 use clap::{Args, ValueEnum};
 
-use super::record::{CommonArgs, Finding, Findings};
+use super::record::{CommonArgs, Finding, Findings, SeedsArgs};
 use crate::output;
 
 /// Options of `brood bench pareto`.
@@ -41,6 +41,8 @@ pub struct BenchParetoArgs {
     /// Measure the GPU too, even a software adapter
     #[arg(long)]
     gpu: bool,
+    #[command(flatten)]
+    seeds: SeedsArgs,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -100,16 +102,19 @@ pub fn run(args: &BenchParetoArgs, json: bool) -> Result<()> {
 }
 
 fn measure(sweep: Sweep, args: &BenchParetoArgs) -> Result<Vec<Finding>> {
-    let (short, seed) = (args.short, args.common.seed);
+    let (short, data, first) = (args.short, args.data.as_deref(), args.common.seed);
+    let of_each =
+        |measure: &dyn Fn(u64) -> Result<Vec<Finding>>| args.seeds.measure(first, short, measure);
     Ok(match sweep {
-        Sweep::Samples => samples::measure(short, seed)?,
-        Sweep::Rays => vec![rays::measure(short, seed, args.data.as_deref())?],
-        Sweep::Highlight => vec![highlight::measure(short, args.data.as_deref())?],
-        Sweep::Precision => vec![precision::measure(short, seed)?],
-        Sweep::Albedo => vec![albedo::measure(short, seed)?],
-        Sweep::Limit => vec![limit::measure(short, seed)?],
-        Sweep::Prefix => vec![prefix::measure(short, seed)?],
+        Sweep::Samples => of_each(&|seed| samples::measure(short, seed))?,
+        Sweep::Precision => of_each(&|seed| Ok(vec![precision::measure(short, seed)?]))?,
+        Sweep::Albedo => of_each(&|seed| Ok(vec![albedo::measure(short, seed)?]))?,
+        Sweep::Prefix => of_each(&|seed| Ok(vec![prefix::measure(short, seed)?]))?,
+        Sweep::Backend => of_each(&|seed| Ok(vec![backend::measure(short, seed, args.gpu)?]))?,
+        Sweep::Rays => vec![rays::measure(short, &args.seeds.list(first, short), data)?],
+        Sweep::Limit => vec![limit::measure(short, &args.seeds.list(first, short))?],
+        // These draw nothing at random.
+        Sweep::Highlight => vec![highlight::measure(short, data)?],
         Sweep::Lights => lights::measure(short)?,
-        Sweep::Backend => vec![backend::measure(short, seed, args.gpu)?],
     })
 }

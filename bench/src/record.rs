@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use crate::chart::ResultTable;
+use crate::chart::{BarChart, Chart, Plot, ResultTable};
 use crate::{logging, output};
 
 /// Options of a benchmark that writes files.
@@ -21,6 +21,52 @@ pub struct CommonArgs {
     /// SVG and pictures
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+/// Options of a benchmark that draws its inputs anew for several seeds.
+#[derive(Debug, Args)]
+pub struct SeedsArgs {
+    /// Number of seeds, from --seed on: figures are medians, with quartiles [default: 20; 2 of a
+    /// short run]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    seeds: Option<u32>,
+}
+
+impl SeedsArgs {
+    /// Returns the seeds from `first` on.
+    pub fn list(&self, first: u64, is_short: bool) -> Vec<u64> {
+        let count = self.seeds.unwrap_or(if is_short { 2 } else { 20 });
+        (0..count).map(|index| first.wrapping_add(index.into())).collect()
+    }
+
+    /// Measures with each seed from `first` on and merges the findings.
+    ///
+    /// # Errors
+    /// Returns the first error of a measurement.
+    pub fn measure(
+        &self,
+        first: u64,
+        is_short: bool,
+        measure: impl Fn(u64) -> Result<Vec<Finding>>,
+    ) -> Result<Vec<Finding>> {
+        let seeds = self.list(first, is_short);
+        let bar = output::bar(seeds.len() as u64, "seeds");
+        let mut found: Vec<Vec<(u64, Finding)>> = Vec::new();
+        for seed in seeds.iter().copied() {
+            for (index, finding) in measure(seed)?.into_iter().enumerate() {
+                match found.get_mut(index) {
+                    Some(of) => of.push((seed, finding)),
+                    None => found.push(vec![(seed, finding)]),
+                }
+            }
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        if seeds.len() == 1 {
+            return Ok(found.into_iter().flatten().map(|(_, finding)| finding).collect());
+        }
+        Ok(found.iter().map(|findings| Finding::quartiles(findings)).collect())
+    }
 }
 
 impl CommonArgs {
@@ -43,8 +89,8 @@ pub struct Finding {
     pub table: ResultTable,
     /// Every single measurement behind the table, if there are more.
     pub raw: Option<ResultTable>,
-    /// Chart as SVG.
-    pub chart: String,
+    /// Chart of the table.
+    pub chart: Chart,
 }
 
 /// Findings as a JSON object from name to note and rows.
@@ -56,6 +102,50 @@ pub struct Findings<'a>(pub &'a [Finding]);
 pub struct Folder(Option<PathBuf>);
 
 impl Finding {
+    /// Merges the findings of several seeds: medians and quartiles of everything that differs, and
+    /// all raw measurements.
+    ///
+    /// # Panics
+    /// Panics if the findings have different rows, series or kinds of chart, or there is none.
+    fn quartiles(findings: &[(u64, Self)]) -> Self {
+        let first = &findings.first().expect("there is a finding").1;
+        let seeds = findings.len();
+        let tables: Vec<ResultTable> = findings.iter().map(|(_, one)| one.table.clone()).collect();
+        let mut raw = ResultTable::default();
+        for (seed, finding) in findings {
+            if let Some(own) = &finding.raw {
+                raw.append("seed", *seed, own);
+            }
+        }
+        let with_seeds = |text: &str| format!("{text}; median and quartiles of {seeds} seeds");
+        let all = || findings.iter().map(|(_, finding)| &finding.chart);
+        let chart = match &first.chart {
+            Chart::Plot(_) => {
+                let plot = |chart: &Chart| match chart {
+                    Chart::Plot(plot) => plot.clone(),
+                    Chart::Bars(_) => panic!("{} must have one kind of chart", first.name),
+                };
+                let plot = Plot::quartiles(&all().map(plot).collect::<Vec<_>>());
+                Plot { subtitle: with_seeds(&plot.subtitle), ..plot }.into()
+            }
+            Chart::Bars(_) => {
+                let bars = |chart: &Chart| match chart {
+                    Chart::Bars(bars) => bars.clone(),
+                    Chart::Plot(_) => panic!("{} must have one kind of chart", first.name),
+                };
+                let bars = BarChart::quartiles(&all().map(bars).collect::<Vec<_>>());
+                BarChart { subtitle: with_seeds(&bars.subtitle), ..bars }.into()
+            }
+        };
+        Self {
+            name: first.name,
+            note: with_seeds(&first.note),
+            table: ResultTable::quartiles(&tables),
+            raw: first.raw.as_ref().map(|_| raw),
+            chart,
+        }
+    }
+
     /// Text for a terminal.
     pub fn text(&self) -> String {
         format!("{}: {}\n{}\n", self.name, self.note, self.table.text())
@@ -89,7 +179,7 @@ impl Folder {
     /// Writes NAME.csv, NAME.svg and, if there are raw measurements, NAME-raw.csv.
     pub fn add(&self, finding: &Finding) -> Result<()> {
         self.write(&format!("{}.csv", finding.name), &finding.table.csv())?;
-        self.write(&format!("{}.svg", finding.name), &finding.chart)?;
+        self.write(&format!("{}.svg", finding.name), &finding.chart.svg())?;
         match &finding.raw {
             Some(raw) => self.write(&format!("{}-raw.csv", finding.name), &raw.csv()),
             None => Ok(()),
@@ -107,20 +197,15 @@ impl Folder {
         }
     }
 
-    /// Writes NAME.csv, NAME.svg and NAME.json, and prints the table below `head`, or the JSON.
-    pub fn finish_table(
-        &self,
-        name: &str,
-        (head, table): (&str, &ResultTable),
-        chart: &str,
-        json: bool,
-    ) -> Result<()> {
-        self.write(&format!("{name}.csv"), &table.csv())?;
-        self.write(&format!("{name}.svg"), chart)?;
+    /// Writes the only finding of a benchmark and its rows as NAME.json, and prints the table below
+    /// its note, or the rows as JSON.
+    pub fn finish_table(&self, finding: &Finding, json: bool) -> Result<()> {
+        let Finding { name, note, table, .. } = finding;
+        self.add(finding)?;
         self.add_json(name, table)?;
         match json {
             true => output::print(&(serde_json::to_string_pretty(table)? + "\n")),
-            false => output::print(&format!("{head}{}", table.text())),
+            false => output::print(&format!("{note}\n{}", table.text())),
         }
     }
 

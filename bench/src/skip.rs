@@ -16,8 +16,8 @@ use anyhow::Result;
 use clap::Args;
 
 use super::measure::one_thread;
-use super::record::{CommonArgs, Finding};
-use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells, number};
+use super::record::{CommonArgs, Finding, SeedsArgs};
+use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
 use crate::output;
 
 /// Options of `brood bench skip`.
@@ -26,6 +26,8 @@ pub struct BenchSkipArgs {
     /// Small, quick run that only shows that everything works
     #[arg(long)]
     short: bool,
+    #[command(flatten)]
+    seeds: SeedsArgs,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -62,6 +64,11 @@ struct Saving {
 }
 
 impl Saving {
+    /// Share of the work left, in percent.
+    fn percent_left(&self) -> f64 {
+        100.0 * self.with as f64 / self.without.max(1) as f64
+    }
+
     fn times_faster(&self) -> f64 {
         self.without_ms / self.with_ms
     }
@@ -70,10 +77,16 @@ impl Saving {
 /// Runs the command.
 pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
     let folder = args.common.start()?;
-    let workload = if args.short {
-        Workload { seed: args.common.seed, genomes: 10, size_px: 32, repeats: 1 }
+    let of_seed = |seed| Ok(vec![of_seed(seed, args.short)?]);
+    let finding = args.seeds.measure(args.common.seed, args.short, of_seed)?.remove(0);
+    folder.finish(finding, json)
+}
+
+fn of_seed(seed: u64, is_short: bool) -> Result<Finding> {
+    let workload = if is_short {
+        Workload { seed, genomes: 10, size_px: 32, repeats: 1 }
     } else {
-        Workload { seed: args.common.seed, genomes: 200, size_px: 256, repeats: 15 }
+        Workload { seed, genomes: 50, size_px: 256, repeats: 3 }
     };
     let parts: [Measurement; 6] = [
         lowering::measure,
@@ -91,7 +104,7 @@ pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let finding = Finding {
+    Ok(Finding {
         name: "skip",
         note: format!(
             "one thread, random genomes of the default dialect, pictures of {size} x {size}; with and without alternating, \
@@ -101,9 +114,8 @@ pub fn run(args: &BenchSkipArgs, json: bool) -> Result<()> {
         ),
         table: table(&savings),
         raw: None,
-        chart: chart(&savings).svg(),
-    };
-    folder.finish(finding, json)
+        chart: chart(&savings).into(),
+    })
 }
 
 fn table(savings: &[Saving]) -> ResultTable {
@@ -118,6 +130,7 @@ fn table(savings: &[Saving]) -> ResultTable {
                 timed: saving.timed,
                 without_ms: saving.without_ms,
                 with_ms: saving.with_ms,
+                percent_left: saving.percent_left(),
                 times_faster: saving.times_faster(),
             }
         })
@@ -126,14 +139,11 @@ fn table(savings: &[Saving]) -> ResultTable {
 
 fn chart(savings: &[Saving]) -> BarChart {
     let group = |saving: &Saving| {
-        let share = 100.0 * saving.with as f64 / saving.without.max(1) as f64;
-        let label = format!("{} x, {} % left", number(saving.times_faster()), number(share));
-        let bar = Bar { series: 0, value: saving.times_faster(), label };
+        let suffix = " x".to_owned();
+        let bar = Bar { value: saving.times_faster(), suffix, ..Bar::default() };
         Group { name: saving.name.clone(), bars: vec![bar] }
     };
-    let subtitle =
-        "time without over time with it, same run, one thread; labels give the share of work left"
-            .to_owned();
+    let subtitle = "time without over time with it, same run, one thread".to_owned();
     let axis = Axis::log("times faster");
     BarChart::new("Speed-up by skipping work", subtitle, axis, savings.iter().map(group))
 }

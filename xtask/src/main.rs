@@ -27,7 +27,7 @@ const USAGE: &str = "usage: cargo xtask <task>
   callgrind [--update]        compare instruction counts of fixed work with docs/bench/instructions.json, or update it
   bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
                               compare the speed of other programs on the same work, installed below target/
-  bench fit --data DIR [--materials NAME,...] [--out DIR] [--release | --brood FILE] [--require]
+  bench fit --data DIR [--materials NAME,...] [--seeds N] [--out DIR] [--release | --brood FILE] [--require]
                               compare fits of measured materials with symbolic regression and published fits
   bench inverse [--starts N] [--out DIR] [--release | --brood FILE] [--require]
                               recover known kinds of material from one picture, compared with Mitsuba with Adam and pycma

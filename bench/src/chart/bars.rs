@@ -1,6 +1,6 @@
 //! Chart of horizontal bars in groups, each labelled with its value.
 
-use super::axis::{Axis, Fitted};
+use super::axis::{Axis, Fitted, number};
 use super::canvas::{
     Anchor, Area, Canvas, GRID, GRID_STRONG, INK, SOFT_INK, Text, colour, text_width,
 };
@@ -37,14 +37,16 @@ pub struct Group {
 }
 
 /// One bar.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Bar {
     /// Number of the series, which selects the colour.
     pub series: usize,
     /// Length of the bar; 0 if a logarithmic axis cannot show the value.
     pub value: f64,
-    /// Text next to the bar.
-    pub label: String,
+    /// Text after the value next to the bar, from the unit on.
+    pub suffix: String,
+    /// Quartiles of the value.
+    pub spread: Option<[f64; 2]>,
 }
 
 impl BarChart {
@@ -63,7 +65,9 @@ impl BarChart {
     #[must_use]
     pub fn svg(&self) -> String {
         let bars = || self.groups.iter().flat_map(|group| &group.bars);
-        let axis = Fitted::lengths(self.axis.scale, bars().map(|bar| bar.value));
+        let ends = bars()
+            .flat_map(|bar| [bar.value].into_iter().chain(bar.spread.map(|[_, third]| third)));
+        let axis = Fitted::lengths(self.axis.scale, ends);
         let longest = self.groups.iter().map(|group| text_width(&group.name, 13.0));
         let left = 24.0 + longest.fold(60.0, f64::max) + 10.0;
         let height_of = |group: &Group| BAR * group.bars.len() as f64 + GAP;
@@ -79,12 +83,24 @@ impl BarChart {
                 |x, y, anchor, colour| Text { x, y, anchor, size: 13.0, colour, bold: false };
             canvas.text(text(left - 10.0, middle + 4.5, Anchor::End, INK), &group.name);
             for bar in &group.bars {
-                let shown = self.axis.scale.shows(bar.value);
-                let share = if shown { axis.place(bar.value).max(0.0) } else { 0.0 };
-                let end = left + share * (WIDTH - RIGHT - left);
+                let place = |value: f64| {
+                    let shown = self.axis.scale.shows(value);
+                    let share = if shown { axis.place(value).max(0.0) } else { 0.0 };
+                    left + share * (WIDTH - RIGHT - left)
+                };
+                let mut end = place(bar.value);
                 canvas.rect(Area([left, top + 1.0, end, top + BAR - 1.0]), colour(bar.series));
+                if let Some(spread) = bar.spread {
+                    let [first, third] = spread.map(place);
+                    let y = top + 0.5 * BAR;
+                    canvas.line([first, y], [third, y], INK, 1.4);
+                    for x in [first, third] {
+                        canvas.line([x, y - 4.0], [x, y + 4.0], INK, 1.4);
+                    }
+                    end = end.max(third);
+                }
                 let label = Text { size: 12.0, ..text(end + 6.0, top + 12.5, Anchor::Start, INK) };
-                canvas.text(label, &bar.label);
+                canvas.text(label, &format!("{}{}", number(bar.value), bar.suffix));
                 top += BAR;
             }
             top += GAP;
@@ -111,7 +127,7 @@ mod tests {
 
     #[test]
     fn bars_are_as_long_as_their_values() {
-        let bar = |value: f64| Bar { series: 0, value, label: format!("{value} x") };
+        let bar = |value: f64| Bar { value, suffix: " x".to_owned(), ..Bar::default() };
         let group = |name: &str, value| Group { name: name.to_owned(), bars: vec![bar(value)] };
         let axis = Axis::linear("ratio");
         let groups = [group("a", 10.0), group("b", 5.0), group("c", 0.0)];

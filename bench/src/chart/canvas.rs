@@ -87,6 +87,29 @@ impl Canvas {
         ));
     }
 
+    /// Draws lines from the sides of an area through a point.
+    pub(super) fn whiskers(&mut self, [x, y]: [f64; 2], area: Area, colour: &str) {
+        let Area([l, t, r, b]) = area;
+        self.line([l, y], [r, y], colour, 1.4);
+        self.line([x, t], [x, b], colour, 1.4);
+        self.reserve(area);
+    }
+
+    /// Fills the band between the upper and the lower sides of areas along x.
+    pub(super) fn band(&mut self, areas: &[Area], colour: &str) {
+        if areas.is_empty() {
+            return;
+        }
+        let upper = areas.iter().map(|Area([l, t, r, _])| (0.5 * (l + r), *t));
+        let lower = areas.iter().rev().map(|Area([l, _, r, b])| (0.5 * (l + r), *b));
+        let places: Vec<String> =
+            upper.chain(lower).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        self.put(format_args!(
+            r#"<polygon points="{}" fill="{colour}" fill-opacity="0.2"/>"#,
+            places.join(" ")
+        ));
+    }
+
     /// Draws a dot, with a ring if `is_default`.
     pub(super) fn dot(&mut self, [x, y]: [f64; 2], colour: &str, is_default: bool) {
         if is_default {

@@ -53,6 +53,20 @@ pub struct Point {
     pub is_default: bool,
     /// True if no line joins the point to the others.
     pub is_detached: bool,
+    /// Quartiles of x.
+    pub x_spread: Option<[f64; 2]>,
+    /// Quartiles of y.
+    pub y_spread: Option<[f64; 2]>,
+}
+
+impl Point {
+    /// Values on both axes that the chart has to have room for.
+    fn extent(&self) -> [Vec<f64>; 2] {
+        let with = |value: f64, spread: Option<[f64; 2]>| {
+            [value].into_iter().chain(spread.into_iter().flatten()).collect()
+        };
+        [with(self.x, self.x_spread), with(self.y, self.y_spread)]
+    }
 }
 
 impl Series {
@@ -78,8 +92,10 @@ impl Plot {
     pub fn svg(&self) -> String {
         let all = || self.series.iter().flat_map(|series| &series.points);
         let shown = |point: &&Point| self.x.scale.shows(point.x) && self.y.scale.shows(point.y);
-        let x = Fitted::new(self.x.scale, all().filter(shown).map(|point| point.x));
-        let y = Fitted::new(self.y.scale, all().filter(shown).map(|point| point.y));
+        let extent =
+            |axis: usize| all().filter(shown).flat_map(move |point| point.extent()[axis].clone());
+        let x = Fitted::new(self.x.scale, extent(0));
+        let y = Fitted::new(self.y.scale, extent(1));
         let hidden = all().count() - all().filter(shown).count();
         let frame = Area([LEFT, TOP, WIDTH - RIGHT, HEIGHT - BOTTOM]);
         let at = |point: &Point| {
@@ -94,6 +110,17 @@ impl Plot {
         let points = |series: &Series| -> Vec<Point> {
             series.points.iter().filter(shown).cloned().collect()
         };
+        for (index, series) in self.series.iter().enumerate() {
+            let spread = points(series).into_iter().filter(|p| p.y_spread.is_some() || series.dots);
+            let areas: Vec<Area> = spread.map(|point| spread_area(&point, frame, &x, &y)).collect();
+            if series.dots {
+                areas.iter().zip(points(series)).for_each(|(area, point)| {
+                    canvas.whiskers(at(&point), *area, colour(index));
+                });
+            } else {
+                canvas.band(&areas, colour(index));
+            }
+        }
         for (index, series) in self.series.iter().enumerate() {
             let joined = points(series).into_iter().filter(|point| !point.is_detached);
             let places: Vec<[f64; 2]> = joined.map(|point| at(&point)).collect();
@@ -144,6 +171,19 @@ impl Plot {
     }
 }
 
+/// Area between the quartiles of a point; quartiles that an axis cannot show are at its low end.
+fn spread_area(point: &Point, Area([l, t, r, b]): Area, x: &Fitted, y: &Fitted) -> Area {
+    let [left, right] = point.x_spread.unwrap_or([point.x; 2]);
+    let [low, high] = point.y_spread.unwrap_or([point.y; 2]);
+    let place = |axis: &Fitted, value| axis.place(value).max(0.0);
+    Area([
+        l + place(x, left) * (r - l),
+        b - place(y, high) * (b - t),
+        l + place(x, right) * (r - l),
+        b - place(y, low) * (b - t),
+    ])
+}
+
 /// Writes title and subtitle.
 pub(super) fn heading(canvas: &mut Canvas, title: &str, subtitle: &str) {
     let text =
@@ -178,7 +218,8 @@ mod tests {
             y,
             label: label.to_owned(),
             is_default,
-            is_detached: false,
+            y_spread: Some([0.5 * y, 3.0 * y]),
+            ..Point::default()
         };
         let points = vec![
             point(0.1, 1e-2, "1", false),
@@ -200,6 +241,8 @@ mod tests {
         assert!(svg.contains(">4 (default)<") && svg.contains(r#"r="8""#), "{svg}");
         assert!(svg.contains("1 too small to show") && !svg.contains(">none<"), "{svg}");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+        // The axis goes on to the quartiles of both points: 5e-4 and 3e-2.
+        assert!(svg.contains(">0.05<") && svg.contains(">5e-4<"), "{svg}");
         assert_eq!(svg, plot().svg());
     }
 

@@ -5,12 +5,13 @@ use std::fmt::Write;
 use serde::ser::{Serialize, SerializeMap, SerializeSeq, Serializer};
 
 use super::axis::number;
+use super::quartiles::Quartiles;
 
 /// Rows with named columns.
 #[derive(Debug, Clone, Default)]
 pub struct ResultTable {
-    columns: Vec<&'static str>,
-    rows: Vec<Vec<Cell>>,
+    pub(super) columns: Vec<&'static str>,
+    pub(super) rows: Vec<Vec<Cell>>,
 }
 
 /// Value of a row in a column.
@@ -22,6 +23,9 @@ pub enum Cell {
     Count(u64),
     /// A measurement: full precision in JSON and CSV, three digits in text.
     Number(f64),
+    /// Median and quartiles of measurements: three columns in JSON and CSV, of which two end in
+    /// `_q1` and `_q3`; one in text.
+    Quartiles(Quartiles),
     /// No value: null in JSON, empty in CSV.
     Missing,
 }
@@ -69,6 +73,26 @@ impl Cell {
         if is_true { "yes" } else { "" }.into()
     }
 
+    /// Number in the cell; `None` for a text, quartiles or no value.
+    pub(super) fn value(&self) -> Option<f64> {
+        match self {
+            Self::Count(count) => Some(*count as f64),
+            Self::Number(value) => Some(*value),
+            Self::Text(_) | Self::Quartiles(_) | Self::Missing => None,
+        }
+    }
+
+    /// Cells of a column with quartiles: median, first and third quartile. They are equal if the
+    /// value did not differ.
+    fn parts(&self) -> [Self; 3] {
+        match self {
+            Self::Quartiles(Quartiles { median, first, third }) => {
+                [*median, *first, *third].map(Self::from)
+            }
+            other => [other.clone(), other.clone(), other.clone()],
+        }
+    }
+
     /// Cell as CSV, quoted if it contains a comma, a quote or a line break.
     fn csv(&self) -> String {
         match self {
@@ -78,6 +102,7 @@ impl Cell {
             Self::Text(text) => text.clone(),
             Self::Count(count) => count.to_string(),
             Self::Number(value) => value.to_string(),
+            Self::Quartiles(quartiles) => quartiles.median.to_string(),
             Self::Missing => String::new(),
         }
     }
@@ -87,6 +112,9 @@ impl Cell {
             Self::Text(text) => text.clone(),
             Self::Count(count) => count.to_string(),
             Self::Number(value) => number(*value),
+            Self::Quartiles(Quartiles { median, first, third }) => {
+                format!("{} ({} to {})", number(*median), number(*first), number(*third))
+            }
             Self::Missing => "-".to_owned(),
         }
     }
@@ -109,6 +137,15 @@ impl<R: IntoIterator<Item = (&'static str, Cell)>> FromIterator<R> for ResultTab
 }
 
 impl ResultTable {
+    /// Adds the rows of another table with a column `name` in front, which holds `value`.
+    pub fn append(&mut self, name: &'static str, value: impl Into<Cell>, other: &Self) {
+        let value = value.into();
+        for row in &other.rows {
+            let cells = other.columns.iter().copied().zip(row.iter().cloned());
+            self.push([(name, value.clone())].into_iter().chain(cells));
+        }
+    }
+
     /// Adds a row of columns with their cells. The first row defines the columns.
     ///
     /// # Panics
@@ -123,11 +160,29 @@ impl ResultTable {
         self.rows.push(row);
     }
 
+    /// The table with three columns for each column that has quartiles: names, and cells of a row.
+    fn expanded(&self) -> (Vec<String>, Vec<Vec<Cell>>) {
+        let is_spread =
+            |column: usize| self.rows.iter().any(|row| matches!(row[column], Cell::Quartiles(_)));
+        let spread: Vec<bool> = (0..self.columns.len()).map(is_spread).collect();
+        let names = |(name, spread): (&&str, &bool)| match spread {
+            true => vec![(*name).to_owned(), format!("{name}_q1"), format!("{name}_q3")],
+            false => vec![(*name).to_owned()],
+        };
+        let cells = |(cell, spread): (&Cell, &bool)| match spread {
+            true => cell.parts().to_vec(),
+            false => vec![cell.clone()],
+        };
+        let rows = self.rows.iter().map(|row| row.iter().zip(&spread).flat_map(cells).collect());
+        (self.columns.iter().zip(&spread).flat_map(names).collect(), rows.collect())
+    }
+
     /// Returns comma-separated values with a header.
     #[must_use]
     pub fn csv(&self) -> String {
-        let mut text = self.columns.join(",") + "\n";
-        for row in &self.rows {
+        let (columns, rows) = self.expanded();
+        let mut text = columns.join(",") + "\n";
+        for row in &rows {
             let cells: Vec<String> = row.iter().map(Cell::csv).collect();
             text += &cells.join(",");
             text.push('\n');
@@ -173,16 +228,17 @@ impl ResultTable {
 /// Serializes as a list of objects with their keys in column order.
 impl Serialize for ResultTable {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut list = serializer.serialize_seq(Some(self.rows.len()))?;
-        for row in &self.rows {
-            list.serialize_element(&Row { columns: &self.columns, row })?;
+        let (columns, rows) = self.expanded();
+        let mut list = serializer.serialize_seq(Some(rows.len()))?;
+        for row in &rows {
+            list.serialize_element(&Row { columns: &columns, row })?;
         }
         list.end()
     }
 }
 
 struct Row<'a> {
-    columns: &'a [&'static str],
+    columns: &'a [String],
     row: &'a [Cell],
 }
 
@@ -202,6 +258,7 @@ impl Serialize for Cell {
             Self::Text(text) => serializer.serialize_str(text),
             Self::Count(count) => serializer.serialize_u64(*count),
             Self::Number(value) => serializer.serialize_f64(*value),
+            Self::Quartiles(quartiles) => serializer.serialize_f64(quartiles.median),
             Self::Missing => serializer.serialize_none(),
         }
     }

@@ -28,7 +28,7 @@ struct Row {
 
 /// Measures the finding.
 pub fn measure(short: bool, seed: u64, gpu: bool) -> Result<Finding> {
-    let (size_px, repeats) = if short { (32, 2) } else { (256, 9) };
+    let (size_px, repeats) = if short { (32, 2) } else { (256, 3) };
     let set = Mode::default().set(&Mesh::builtin(BuiltinMesh::Sphere), &Scene::default(), size_px);
     let programs = programs(seed, PROGRAMS);
     let batch: Vec<&Program> = programs.iter().collect();
@@ -80,7 +80,7 @@ pub fn measure(short: bool, seed: u64, gpu: bool) -> Result<Finding> {
         ),
         table: table(&rows),
         raw: None,
-        chart: chart(&rows, size_px).svg(),
+        chart: chart(&rows, size_px).into(),
     })
 }
 
@@ -121,10 +121,10 @@ fn table(rows: &[Row]) -> ResultTable {
 
 fn chart(rows: &[Row], size_px: u32) -> BarChart {
     let group = |row: &Row| {
-        let default = if row.is_default { ", default" } else { "" };
-        let label = format!("{:.2} ms{default}", row.ms);
+        let suffix = if row.is_default { " ms, default" } else { " ms" }.to_owned();
         let series = usize::from(!row.is_default);
-        Group { name: row.name.clone(), bars: vec![Bar { series, value: row.ms, label }] }
+        let bar = Bar { series, value: row.ms, suffix, ..Bar::default() };
+        Group { name: row.name.clone(), bars: vec![bar] }
     };
     BarChart::new(
         "Time of a brood by evaluator",

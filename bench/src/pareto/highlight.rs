@@ -105,7 +105,7 @@ pub fn measure(short: bool, data: Option<&Path>) -> Result<Finding> {
             y: Axis::log("RMSE of linear radiance over its mean"),
             series,
         }
-        .svg(),
+        .into(),
     })
 }
 

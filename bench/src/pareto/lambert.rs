@@ -77,6 +77,7 @@ pub fn run(short: bool, folder: &Folder, json: bool) -> Result<()> {
             label: mode.name(),
             is_default: mode.is_default(),
             is_detached: mode.is_adaptive(),
+            ..Point::default()
         });
     }
     let report = Report {

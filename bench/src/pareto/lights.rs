@@ -200,6 +200,6 @@ fn finding(group: &Group, results: &[LightResult], workload: &Workload) -> Findi
         ),
         table,
         raw: None,
-        chart: chart.svg(),
+        chart: chart.into(),
     }
 }

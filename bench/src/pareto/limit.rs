@@ -9,7 +9,7 @@ use anyhow::Result;
 use brood_eval::{Effort, EnergyLimit, FLATTEST_COS, LimitSearch, Stage, UNBOUNDED_COS};
 use brood_program::Program;
 
-use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
+use crate::chart::{Axis, Cell, Plot, Point, Quartiles, ResultTable, Series, cells};
 use crate::measure::{fastest_ms, one_thread, quantile};
 use crate::output;
 use crate::record::Finding;
@@ -73,14 +73,15 @@ impl Row {
 }
 
 /// Measures the finding.
-pub fn measure(short: bool, seed: u64) -> Result<Finding> {
-    let (count, effort) = if short { (10, FineEffort::SHORT) } else { (2000, FineEffort::FULL) };
+pub fn measure(short: bool, seeds: &[u64]) -> Result<Finding> {
+    let (of_each, effort) = if short { (5, FineEffort::SHORT) } else { (100, FineEffort::FULL) };
+    let count = seeds.len() as u32 * of_each;
     let pool = one_thread()?;
     let searches = EFFORTS.map(|(_, effort)| LimitSearch::new(effort));
     let [all, bounded] = [FLATTEST_COS, UNBOUNDED_COS].map(|cos| FineSearch::new(effort, cos));
     let bar = output::bar(count.into(), "limit");
     let mut rows = Vec::new();
-    for subject in subjects(seed, count) {
+    for subject in seeds.iter().flat_map(|seed| subjects(*seed, of_each)) {
         let program = &subject.program;
         let mut outcomes = Vec::new();
         for search in &searches {
@@ -98,11 +99,12 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
     Ok(Finding {
         name: "limit",
         note: format!(
-            "{count} random subjects under the energy limit; `above` counts those whose largest albedo by brute force \
+            "{count} random subjects of {} seeds under the energy limit; `above` counts those whose largest albedo by brute force \
              exceeds 1 + 1e-3. Brute force: {} elevations to cosine {FLATTEST_COS:e} ({UNBOUNDED_COS:e} if a layer is \
              unbounded at the horizon), {} azimuths, {}^2 texture positions, {} outgoing directions, then {} local searches \
              and {} directions; layers by adaptive subdivision. The surplus is the share by which a subject is darker than \
              needed. One thread",
+            seeds.len(),
             effort.elevations + effort.flat,
             effort.azimuths,
             effort.side,
@@ -112,7 +114,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
         ),
         table: table(&rows),
         raw: Some(raw(&rows)),
-        chart: chart(&rows).svg(),
+        chart: chart(&rows).into(),
     })
 }
 
@@ -175,22 +177,26 @@ fn chart(rows: &[Row]) -> Plot {
         let point = |effort: usize| {
             let of = || rows.iter().filter(move |row| row.subject.group == group);
             let ms: Vec<f64> = of().map(|row| row.outcomes[effort].ms).collect();
-            let surplus: Vec<f64> = of().filter_map(|row| row.surplus(effort)).collect();
+            let surplus: Vec<f64> =
+                of().filter_map(|row| row.surplus(effort)).map(|share| share.max(FLOOR)).collect();
+            let (x, y) = (Quartiles::of(&ms), Quartiles::of(&surplus));
             Point {
-                x: quantile(&ms, 0.5),
-                y: quantile(&surplus, 0.9).max(FLOOR),
+                x: x.median,
+                x_spread: x.spread(),
+                y: y.median,
+                y_spread: y.spread(),
                 label: EFFORTS[effort].0.to_owned(),
                 is_default: EFFORTS[effort].1 == Effort::USUAL,
-                is_detached: false,
+                ..Point::default()
             }
         };
         Series::dotted(group.name(), (0..EFFORTS.len()).map(point))
     };
     Plot {
         title: "Effort of the search for the largest albedo".to_owned(),
-        subtitle: format!("{} random subjects, one thread", rows.len()),
-        x: Axis::log("time of the whole search, ms (median)"),
-        y: Axis::log("share darker than needed, 90th percentile"),
+        subtitle: format!("{} random subjects, one thread; median and quartiles", rows.len()),
+        x: Axis::log("time of the whole search, ms"),
+        y: Axis::log("share darker than needed"),
         series: Series::label_first(SubjectKind::ALL.map(series)),
     }
 }

@@ -9,7 +9,7 @@ use brood_program::Program;
 use brood_scene::{SampleSet, Sampling, Scene};
 use rayon::prelude::*;
 
-use crate::chart::{Axis, Plot, Point, ResultTable, Series, cells};
+use crate::chart::{Axis, Cell, Plot, Point, Quartiles, ResultTable, Series, cells};
 use crate::measure::{difference, median, programs};
 use crate::output;
 use crate::picture::{self, Mode, ModeRenderer, ReferenceRender};
@@ -21,7 +21,6 @@ const METALS: [&str; 3] = ["alum-bronze", "aluminium", "chrome"];
 
 /// Amount of work of the sweep.
 struct Workload {
-    genomes: u32,
     size_px: u32,
     most: u16,
     reference_samples: u16,
@@ -34,25 +33,26 @@ struct Subject {
     programs: Vec<Program>,
 }
 
-/// Median error over the materials of a subject, by number of rays.
+/// Quartiles of the error over the materials of a subject, by number of rays.
 struct Curve {
     name: String,
     materials: usize,
-    errors: Vec<(u16, f64)>,
+    errors: Vec<(u16, Quartiles)>,
     reference_rmse: f64,
 }
 
-/// Measures the finding; metals need the folder of published fits.
-pub fn measure(short: bool, seed: u64, data: Option<&Path>) -> Result<Finding> {
+/// Measures the finding with a random material of each seed; metals need the folder of published
+/// fits.
+pub fn measure(short: bool, seeds: &[u64], data: Option<&Path>) -> Result<Finding> {
     let workload = if short {
-        Workload { genomes: 2, size_px: 16, most: 15, reference_samples: 255 }
+        Workload { size_px: 16, most: 15, reference_samples: 255 }
     } else {
-        Workload { genomes: 8, size_px: 32, most: 1023, reference_samples: 4095 }
+        Workload { size_px: 32, most: 1023, reference_samples: 4095 }
     };
     let random = |mesh: BuiltinMesh| Subject {
         name: mesh.name().to_owned(),
         mesh,
-        programs: programs(seed, workload.genomes),
+        programs: seeds.iter().flat_map(|seed| programs(*seed, 1)).collect(),
     };
     let mut subjects = vec![random(BuiltinMesh::Sphere), random(BuiltinMesh::Knob)];
     if let Some(data) = data {
@@ -73,7 +73,7 @@ pub fn measure(short: bool, seed: u64, data: Option<&Path>) -> Result<Finding> {
     };
     let curves: Vec<Curve> = subjects.iter().map(curve).collect::<Result<_>>()?;
     bar.finish_and_clear();
-    Ok(finding(&curves, &workload))
+    Ok(finding(&curves, seeds.len(), &workload))
 }
 
 fn curve(subject: &Subject, workload: &Workload) -> Result<Curve> {
@@ -108,7 +108,7 @@ fn curve(subject: &Subject, workload: &Workload) -> Result<Curve> {
             let image = picture::canonical(&set, program, &mut f)?;
             errors.push(rmse(&picture::exposed(image.premultiplied(), *ev), exact));
         }
-        Ok((rays, median(errors)))
+        Ok((rays, Quartiles::of(&errors)))
     };
     // An even number is rounded up to the next odd one.
     let numbers: Vec<u16> = (1..=workload.most).step_by(2).collect();
@@ -122,9 +122,9 @@ impl Curve {
     fn rises(&self) -> (usize, f64) {
         let (mut least, mut rises, mut largest) = (f64::INFINITY, 0, 1.0f64);
         for (_, error) in &self.errors {
-            rises += usize::from(*error > least);
-            largest = largest.max(error / least);
-            least = least.min(*error);
+            rises += usize::from(error.median > least);
+            largest = largest.max(error.median / least);
+            least = least.min(error.median);
         }
         (rises, largest)
     }
@@ -132,11 +132,11 @@ impl Curve {
     /// Error of a number of rays, rounded up as a picture does it.
     fn at(&self, rays: u16) -> f64 {
         let found = self.errors.iter().find(|(number, _)| *number == rays | 1);
-        found.map_or(f64::NAN, |found| found.1)
+        found.map_or(f64::NAN, |found| found.1.median)
     }
 }
 
-fn finding(curves: &[Curve], workload: &Workload) -> Finding {
+fn finding(curves: &[Curve], seeds: usize, workload: &Workload) -> Finding {
     let Workload { size_px, reference_samples, .. } = workload;
     let (mut table, mut raw) = (ResultTable::default(), ResultTable::default());
     for curve in curves {
@@ -156,16 +156,16 @@ fn finding(curves: &[Curve], workload: &Workload) -> Finding {
             reference_rmse: curve.reference_rmse,
         });
         for (rays, error) in &curve.errors {
-            raw.push(
-                cells! { subject: curve.name.clone(), rays: usize::from(*rays), rmse: *error },
-            );
+            let rmse = Cell::Quartiles(*error);
+            raw.push(cells! { subject: curve.name.clone(), rays: usize::from(*rays), rmse: rmse });
         }
     }
     Finding {
         name: "rays",
         note: format!(
             "every odd number of rays per pixel, {size_px} x {size_px} pixels; median RMSE of linear light after \
-             exposure, clamped to 0..1, against {reference_samples} rays in f64; above_least counts numbers with a \
+             exposure, clamped to 0..1, against {reference_samples} rays in f64; the sphere and the knob have a random \
+             material of each of {seeds} seeds; above_least counts numbers with a \
              larger error than fewer rays have, largest_rise is the largest ratio to the least error of fewer rays"
         ),
         table,
@@ -173,20 +173,22 @@ fn finding(curves: &[Curve], workload: &Workload) -> Finding {
         chart: Plot {
             title: "Every number of rays per pixel".to_owned(),
             subtitle: format!(
-                "{size_px} x {size_px} pixels, median over materials; against {reference_samples} rays in f64"
+                "{size_px} x {size_px} pixels, median and quartiles of {seeds} random materials on sphere and knob; \
+                 against {reference_samples} rays in f64"
             ),
             x: Axis::log("rays per pixel"),
             y: Axis::log("RMSE of linear light after exposure"),
             series: curves.iter().map(series).collect(),
         }
-        .svg(),
+        .into(),
     }
 }
 
 fn series(curve: &Curve) -> Series {
     let points = curve.errors.iter().map(|(rays, error)| Point {
         x: f64::from(*rays),
-        y: *error,
+        y: error.median,
+        y_spread: error.spread(),
         ..Point::default()
     });
     Series { name: curve.name.clone(), points: points.collect(), dots: false }

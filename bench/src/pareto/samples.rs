@@ -51,7 +51,7 @@ pub fn measure(short: bool, seed: u64) -> Result<Vec<Finding>> {
     let workload = if short {
         Workload { genomes: 3, size_px: 32, reference_samples: 128, repeats: 1 }
     } else {
-        Workload { genomes: 20, size_px: 128, reference_samples: 1024, repeats: 5 }
+        Workload { genomes: 6, size_px: 128, reference_samples: 1024, repeats: 5 }
     };
     let programs = programs(seed, workload.genomes);
     let bar = output::spinner("samples per pixel");
@@ -124,19 +124,18 @@ fn on_mesh(
 }
 
 fn finding(result: &MeshResult, workload: &Workload) -> Finding {
-    let reference_rmse = median(&result.reference_rmse);
     let Workload { genomes, size_px, reference_samples, .. } = workload;
     Finding {
         name: if result.name == "sphere" { "samples-sphere" } else { "samples-knob" },
         note: format!(
             "{genomes} random genomes on the {} at {size_px} x {size_px}, one thread; RMSE of linear light after \
              exposure, clamped to 0..1, against {reference_samples} samples in f64, which differ from half as many by \
-             {reference_rmse:.1e} (median RMSE); times cover evaluation, shading and development over existing samples",
+             reference_rmse; times cover evaluation, shading and development over existing samples",
             result.name
         ),
         table: table(result),
         raw: Some(raw(result)),
-        chart: chart(result, workload).svg(),
+        chart: chart(result, workload).into(),
     }
 }
 
@@ -154,6 +153,7 @@ fn table(result: &MeshResult) -> ResultTable {
             p999: median(mode.genomes.iter().map(|result| result.shown.p999)),
             set_ms: mode.set_ms,
             samples: mode.samples,
+            reference_rmse: median(&result.reference_rmse),
             default: Cell::yes_if(mode.mode.is_default()),
         });
     }
@@ -188,6 +188,7 @@ fn chart(result: &MeshResult, workload: &Workload) -> Plot {
             label: mode.mode.name(),
             is_default: mode.mode.is_default(),
             is_detached: mode.mode.is_adaptive(),
+            ..Point::default()
         };
         Series::dotted(name, result.modes.iter().map(point))
     };

@@ -3,15 +3,18 @@
 use anyhow::Result;
 use brood_eval::{CanonicalEvaluator, Evaluator, ReferenceEvaluator, develop, shade};
 use brood_mesh::{BuiltinMesh, Mesh};
+use brood_program::Program;
 use brood_scene::{Exposure, Scene};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::chart::{Axis, Plot, Point, ResultTable, Series, cells};
+use crate::chart::{Axis, Plot, Point, Quartiles, ResultTable, Series, cells};
 use crate::measure::programs;
 use crate::output;
 use crate::picture::Mode;
 
+/// Number of seeds that the genomes come from.
+const SEEDS: u32 = 20;
 /// Side of the pictures in pixels.
 const PICTURE_PX: u32 = 128;
 
@@ -20,17 +23,22 @@ const PICTURE_PX: u32 = 128;
 pub struct PictureDifferences {
     pub pictures: u32,
     pub pictures_off_by_more_than_1_255: u32,
-    /// Largest difference of a developed byte, for each genome.
+    /// Largest difference of a developed byte, for each genome, seed by seed.
     #[serde(skip)]
     largest: Vec<u8>,
 }
 
-/// Renders and compares `pictures` random genomes.
+/// Renders and compares `pictures` random genomes of [`SEEDS`] seeds.
 pub fn run(seed: u64, pictures: u32) -> Result<PictureDifferences> {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let set = Mode::default().set(&mesh, &Scene::default(), PICTURE_PX);
     let bar = output::bar(pictures.into(), "pictures");
-    let largest: Result<Vec<u8>> = programs(seed, pictures)
+    let of_seed = |index: u32| {
+        let count = pictures / SEEDS + u32::from(index < pictures % SEEDS);
+        programs(seed.wrapping_add(index.into()), count)
+    };
+    let programs: Vec<Program> = (0..SEEDS).flat_map(of_seed).collect();
+    let largest: Result<Vec<u8>> = programs
         .par_iter()
         .map(|program| {
             let (mut canonical, mut reference) = (Vec::new(), Vec::new());
@@ -79,20 +87,24 @@ impl PictureDifferences {
 
     /// Chart of the share of genomes by least largest difference.
     pub fn chart(&self) -> Plot {
-        let share = |least: u8| {
-            let count = self.largest.iter().filter(|largest| **largest >= least).count();
-            100.0 * count as f64 / self.largest.len().max(1) as f64
+        let share = |all: &[u8], least: u8| {
+            let count = all.iter().filter(|largest| **largest >= least).count();
+            100.0 * count as f64 / all.len().max(1) as f64
         };
+        let of_seeds: Vec<&[u8]> =
+            self.largest.chunks(self.largest.len().div_ceil(SEEDS as usize).max(1)).collect();
         let marked = [1, 2, 5, 20, 100];
         let point = |least: u8| {
-            let y = share(least);
+            let y = share(&self.largest, least);
+            let of_seeds: Vec<f64> = of_seeds.iter().map(|all| share(all, least)).collect();
             let label = if marked.contains(&least) { format!("{y:.1} %") } else { String::new() };
-            Point { x: f64::from(least), y, label, ..Point::default() }
+            let y_spread = Quartiles::of(&of_seeds).spread();
+            Point { x: f64::from(least), y, label, y_spread, ..Point::default() }
         };
         Plot {
             title: "f32 against f64: developed pictures".to_owned(),
             subtitle: format!(
-                "{} random genomes on the sphere, {PICTURE_PX} x {PICTURE_PX} pixels, same samples and exposure",
+                "{} random genomes of {SEEDS} seeds, with quartiles, on the sphere, {PICTURE_PX} x {PICTURE_PX} pixels, same samples and exposure",
                 self.pictures
             ),
             x: Axis::log("largest difference of a byte, of 255"),

@@ -45,6 +45,9 @@ pub fn run(words: &[&str]) -> Result<()> {
     if let Some(materials) = &options.materials {
         brood.arg("--materials").arg(materials);
     }
+    if let Some(seeds) = options.seeds {
+        brood.args(["--seeds", &seeds.to_string()]);
+    }
     let own = shell::output(brood.arg(&data).arg("--json"))?;
     let own: Vec<Value> = serde_json::from_str(&own).context("read brood's table")?;
     let mut peers = match &options.recorded {

@@ -149,7 +149,9 @@ impl Findings {
         let seed = self.rounds.to_string();
         let mut command = match work {
             Measurement::OperonOperations => script("operon.py", &[]),
-            Measurement::BroodOperations => bench(&["ops", "--passes", "15"]),
+            Measurement::BroodOperations => {
+                bench(&["ops", "--passes", "15", "--programs", "200", "--seeds", "1"])
+            }
             Measurement::BroodStress => bench(&["stress", "--evaluations", "2000000"]),
             Measurement::BroodSphere => bench(&["pareto", "--scene", "lambert-sphere"]),
             Measurement::MitsubaSphere => {

@@ -77,6 +77,8 @@ struct Options {
     recorded: Option<PathBuf>,
     /// Comma-separated names of materials; for fit.
     materials: Option<String>,
+    /// Number of seeds of brood's fits; for fit.
+    seeds: Option<u32>,
     /// Number of random starts; for inverse.
     starts: Option<u32>,
     /// Comma-separated graphics drivers; for live.
@@ -96,6 +98,7 @@ impl Options {
             data: None,
             recorded: None,
             materials: None,
+            seeds: None,
             starts: None,
             angle: None,
             hardware: false,
@@ -114,6 +117,11 @@ impl Options {
                     let count = words.next().and_then(|word| word.parse().ok());
                     let count = count.filter(|count| (1..=1000).contains(count));
                     options.starts = Some(count.context("--starts needs a number from 1 to 1000")?);
+                }
+                "--seeds" if task == Task::Fit => {
+                    let count = words.next().and_then(|word| word.parse().ok());
+                    let count = count.filter(|count| (1..=1000).contains(count));
+                    options.seeds = Some(count.context("--seeds needs a number from 1 to 1000")?);
                 }
                 "--angle" if task == Task::Live => {
                     let names = words.next().context("--angle needs names")?;
