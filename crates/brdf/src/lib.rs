@@ -29,6 +29,7 @@ mod input;
 mod measured;
 mod model;
 mod named_enum;
+mod quadrature;
 mod swapped;
 
 pub use block::{Block, HORIZON, Loop, Machine, Plain};
@@ -46,4 +47,5 @@ pub use model::{
     ParameterScale, ParameterTextError, ParameterValuesError, PhongHighlight, PreparedModel,
     PrincipledConstants, SgdChannel, Shadowing, TableDetail, UnknownModel, WardForm, model_presets,
 };
+pub use quadrature::gauss_legendre;
 pub use swapped::Swapped;

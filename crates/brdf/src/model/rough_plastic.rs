@@ -26,7 +26,7 @@ pub(super) const ROUGH_PLASTIC: &[Parameter] = &[
     ),
     Parameter::choice(
         "internal",
-        "how R is integrated; exact: to 1e-4; mitsuba: as there, 1.5 % less",
+        "how R is integrated; exact: to 1e-3 of 1 - R; mitsuba: as there, 1.5 % less",
         &["exact", "mitsuba"],
     ),
     Parameter::choice(
@@ -58,13 +58,7 @@ pub(super) fn rough_plastic(values: Values<'_>, tables: &CoatTables) -> RoughPla
     let eta = values.scalar("ior");
     let alpha = values.scalar("roughness");
     let distribution = Distribution::named(values.choice("distribution"), DVec2::splat(alpha));
-    let (all, last) = tables.back;
-    // Integral over diffuse light from inside: by the trapezoid rule, or by the mean of the
-    // values.
-    let back = match values.choice("internal") {
-        "mitsuba" => all / TABLE_SIZE as f64,
-        _ => (all - 0.5 * last) / (TABLE_SIZE - 1) as f64,
-    };
+    let back = tables.back;
     let albedo = values.color("albedo");
     let again = match values.choice("scattering") {
         "nonlinear" => albedo * back,

@@ -1,8 +1,8 @@
 //! Quadrature over the hemisphere, and construction of directions and direction pairs.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
-use brood_brdf::DirectionPair;
+use brood_brdf::{DirectionPair, gauss_legendre};
 use glam::DVec3;
 
 /// A product rule for integrals of f cos_o over the hemisphere: Gauss-Legendre in cos_o, equal
@@ -72,32 +72,6 @@ impl Quadrature {
     }
 }
 
-/// Returns nodes and weights of the Gauss-Legendre rule of that order on [0, 1], nodes ascending.
-///
-/// # Error
-/// Below 1e-14 for orders up to 1024: Newton's method on the recurrence of the Legendre
-/// polynomials.
-pub(super) fn gauss_legendre(order: usize) -> Vec<(f64, f64)> {
-    assert!(order > 0, "the order of a rule is at least 1");
-    let n = order as f64;
-    let node = |index: usize| {
-        let mut x = -libm::cos(PI * (index as f64 + 0.75) / (n + 0.5));
-        let mut derivative = 1.0;
-        for _ in 0..6 {
-            let (mut last, mut value) = (1.0, x);
-            for k in 2..=order {
-                let k = k as f64;
-                (last, value) = (value, ((2.0 * k - 1.0) * x * value - (k - 1.0) * last) / k);
-            }
-            derivative = n * (x * value - last) / (x * x - 1.0);
-            x -= value / derivative;
-        }
-        // The weight on [-1, 1] is twice that on [0, 1].
-        (0.5 * (x + 1.0), 1.0 / ((1.0 - x * x) * derivative * derivative))
-    };
-    (0..order).map(node).collect()
-}
-
 /// Returns the direction with that sine and cosine of the angle from the normal, turned from x by
 /// `turn` of a full turn.
 #[must_use]
@@ -117,6 +91,8 @@ pub fn direction_pair(wi: DVec3, wo: DVec3) -> DirectionPair {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
 
     fn integral(order: usize, f: impl Fn(&DVec3) -> f64) -> f64 {

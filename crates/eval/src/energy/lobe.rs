@@ -6,10 +6,10 @@
 //! vectors spread over ln tan theta_h: in this coordinate a lobe of any width is a bump of about
 //! the same shape.
 
-use brood_brdf::DirectionPair;
+use brood_brdf::{DirectionPair, gauss_legendre};
 use glam::DVec3;
 
-use super::hemisphere::{Quadrature, direction_at, gauss_legendre};
+use super::hemisphere::{Quadrature, direction_at};
 
 /// Range of ln tan theta_h: from the narrowest lobe considered to where the uniform rule has almost
 /// all of the weight.

@@ -8,11 +8,9 @@
 
 use std::sync::OnceLock;
 
-use brood_brdf::DirectionPair;
+use brood_brdf::{DirectionPair, gauss_legendre};
 use brood_genome::{Model, ModelKind};
 use glam::{DVec2, DVec3};
-
-use super::hemisphere::gauss_legendre;
 
 /// Largest slope of a half vector. Directions beyond it have a cosine below about 1e-3 of that of
 /// the light's elevation and add less than 1e-6 to an albedo of 1.
