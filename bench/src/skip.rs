@@ -61,6 +61,8 @@ struct Saving {
     without_ms: f64,
     /// Time with it.
     with_ms: f64,
+    /// Share of the result that is as without it.
+    percent_same: f64,
 }
 
 impl Saving {
@@ -130,6 +132,7 @@ fn table(savings: &[Saving]) -> ResultTable {
                 timed: saving.timed,
                 without_ms: saving.without_ms,
                 with_ms: saving.with_ms,
+                percent_same: saving.percent_same,
                 percent_left: saving.percent_left(),
                 times_faster: saving.times_faster(),
             }

@@ -43,6 +43,7 @@ pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
         timed: "computing the inputs, mean of the sets",
         without_ms: ms(&all),
         with_ms: masks.iter().map(ms).sum::<f64>() / masks.len() as f64,
+        percent_same: 100.0,
     };
     Ok(vec![
         saving("unused inputs, one material", &each),

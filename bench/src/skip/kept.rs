@@ -52,6 +52,7 @@ fn sample_sets(workload: &Workload) -> Result<Vec<Saving>> {
             timed: "evaluation and shading, rays and inputs if they are not kept",
             without_ms,
             with_ms,
+            percent_same: 100.0,
         })
     };
     Ok(vec![
@@ -91,6 +92,7 @@ fn translations(workload: &Workload) -> Result<Vec<Saving>> {
         timed: "evaluation of all genomes on 4096 samples, translation included",
         without_ms,
         with_ms: kept_ms,
+        percent_same: 100.0,
     };
     Ok(vec![
         saving("programs kept, words read again", read_ms),

@@ -34,6 +34,7 @@ pub fn measure(workload: &Workload) -> Result<Vec<Saving>> {
             timed: "births, lowering, hashes, and pictures of all or of all but twins",
             without_ms: draw_ms + drawn as f64 * picture_ms,
             with_ms: draw_ms + (drawn - neutral) as f64 * picture_ms,
+            percent_same: 100.0,
         });
     }
     Ok(savings)
