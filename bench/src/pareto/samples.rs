@@ -197,7 +197,7 @@ fn chart(result: &MeshResult, workload: &Workload) -> Plot {
     Plot {
         title: format!("Samples per pixel on the {}", result.name),
         subtitle: format!(
-            "{} random materials, {size} x {size} pixels, one thread, sample set precomputed; against {} samples in f64",
+            "{} random materials, {size} x {size} pixels, one thread, samples precomputed; against {} in f64",
             workload.genomes,
             workload.reference_samples,
             size = workload.size_px
