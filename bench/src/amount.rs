@@ -91,8 +91,8 @@ fn of_seed(args: &BenchAmountArgs, seed: u64) -> Result<Finding> {
         name: "amount",
         note: format!(
             "{} random parents, none black; one child of each at each amount, without redraws; mean FLIP over the object at {} \
-             pixels with automatic exposure, from 0 (same) to 1. The mean should grow with the amount from the parent and from \
-             the first parent, and fall from the second parent; against counts where it does the opposite",
+             pixels with automatic exposure, from 0 (same) to 1. A larger amount should increase the \
+             mean from the parent and from the first parent, and decrease that from the second; `against` is 1 where it does not",
             args.count, args.size,
         ),
         table: table(&effects),

@@ -41,6 +41,29 @@ impl From<BarChart> for Chart {
 }
 
 impl Chart {
+    /// Returns the first chart with the medians and quartiles of all, and `about` after its
+    /// subtitle.
+    ///
+    /// # Panics
+    /// Panics if the charts differ in kind or in what they show, or there is none.
+    #[must_use]
+    pub fn quartiles(charts: &[&Self], about: &str) -> Self {
+        let (mut plots, mut bars) = (Vec::new(), Vec::new());
+        for chart in charts {
+            match chart {
+                Self::Plot(plot) => plots.push(plot.clone()),
+                Self::Bars(chart) => bars.push(chart.clone()),
+            }
+        }
+        assert!(plots.is_empty() != bars.is_empty(), "charts must be of one kind");
+        if bars.is_empty() {
+            let plot = Plot::quartiles(&plots);
+            return Plot { subtitle: plot.subtitle.clone() + about, ..plot }.into();
+        }
+        let chart = BarChart::quartiles(&bars);
+        BarChart { subtitle: chart.subtitle.clone() + about, ..chart }.into()
+    }
+
     /// Renders the chart as SVG.
     #[must_use]
     pub fn svg(&self) -> String {

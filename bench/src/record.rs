@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use crate::chart::{BarChart, Chart, Plot, ResultTable};
+use crate::chart::{Chart, ResultTable};
 use crate::{logging, output};
 
 /// Options of a benchmark that writes files.
@@ -117,32 +117,14 @@ impl Finding {
                 raw.append("seed", *seed, own);
             }
         }
-        let with_seeds = |text: &str| format!("{text}; median and quartiles of {seeds} seeds");
-        let all = || findings.iter().map(|(_, finding)| &finding.chart);
-        let chart = match &first.chart {
-            Chart::Plot(_) => {
-                let plot = |chart: &Chart| match chart {
-                    Chart::Plot(plot) => plot.clone(),
-                    Chart::Bars(_) => panic!("{} must have one kind of chart", first.name),
-                };
-                let plot = Plot::quartiles(&all().map(plot).collect::<Vec<_>>());
-                Plot { subtitle: with_seeds(&plot.subtitle), ..plot }.into()
-            }
-            Chart::Bars(_) => {
-                let bars = |chart: &Chart| match chart {
-                    Chart::Bars(bars) => bars.clone(),
-                    Chart::Plot(_) => panic!("{} must have one kind of chart", first.name),
-                };
-                let bars = BarChart::quartiles(&all().map(bars).collect::<Vec<_>>());
-                BarChart { subtitle: with_seeds(&bars.subtitle), ..bars }.into()
-            }
-        };
+        let about = format!("; median and quartiles of {seeds} seeds");
+        let charts: Vec<&Chart> = findings.iter().map(|(_, finding)| &finding.chart).collect();
         Self {
             name: first.name,
-            note: with_seeds(&first.note),
+            note: first.note.clone() + &about,
             table: ResultTable::quartiles(&tables),
             raw: first.raw.as_ref().map(|_| raw),
-            chart,
+            chart: Chart::quartiles(&charts, &about),
         }
     }
 
@@ -197,8 +179,8 @@ impl Folder {
         }
     }
 
-    /// Writes the only finding of a benchmark and its rows as NAME.json, and prints the table below
-    /// its note, or the rows as JSON.
+    /// Writes the only finding of a benchmark, and its rows as NAME.json. Prints the note and the
+    /// table, or the rows as JSON.
     pub fn finish_table(&self, finding: &Finding, json: bool) -> Result<()> {
         let Finding { name, note, table, .. } = finding;
         self.add(finding)?;

@@ -60,12 +60,14 @@ pub struct Point {
 }
 
 impl Point {
-    /// Values on both axes that the chart has to have room for.
-    fn extent(&self) -> [Vec<f64>; 2] {
-        let with = |value: f64, spread: Option<[f64; 2]>| {
-            [value].into_iter().chain(spread.into_iter().flatten()).collect()
-        };
-        [with(self.x, self.x_spread), with(self.y, self.y_spread)]
+    /// Returns the values on the x axis: the point's and its quartiles.
+    fn all_x(&self) -> impl Iterator<Item = f64> {
+        [self.x].into_iter().chain(self.x_spread.into_iter().flatten())
+    }
+
+    /// Returns the values on the y axis: the point's and its quartiles.
+    fn all_y(&self) -> impl Iterator<Item = f64> {
+        [self.y].into_iter().chain(self.y_spread.into_iter().flatten())
     }
 }
 
@@ -92,10 +94,8 @@ impl Plot {
     pub fn svg(&self) -> String {
         let all = || self.series.iter().flat_map(|series| &series.points);
         let shown = |point: &&Point| self.x.scale.shows(point.x) && self.y.scale.shows(point.y);
-        let extent =
-            |axis: usize| all().filter(shown).flat_map(move |point| point.extent()[axis].clone());
-        let x = Fitted::new(self.x.scale, extent(0));
-        let y = Fitted::new(self.y.scale, extent(1));
+        let x = Fitted::new(self.x.scale, all().filter(shown).flat_map(Point::all_x));
+        let y = Fitted::new(self.y.scale, all().filter(shown).flat_map(Point::all_y));
         let hidden = all().count() - all().filter(shown).count();
         let frame = Area([LEFT, TOP, WIDTH - RIGHT, HEIGHT - BOTTOM]);
         let at = |point: &Point| {
@@ -111,14 +111,15 @@ impl Plot {
             series.points.iter().filter(shown).cloned().collect()
         };
         for (index, series) in self.series.iter().enumerate() {
-            let spread = points(series).into_iter().filter(|p| p.y_spread.is_some() || series.dots);
-            let areas: Vec<Area> = spread.map(|point| spread_area(&point, frame, &x, &y)).collect();
+            let area = |point: &Point| spread_area(point, frame, &x, &y);
+            let points = points(series);
             if series.dots {
-                areas.iter().zip(points(series)).for_each(|(area, point)| {
-                    canvas.whiskers(at(&point), *area, colour(index));
-                });
+                for point in &points {
+                    canvas.whiskers(at(point), area(point), colour(index));
+                }
             } else {
-                canvas.band(&areas, colour(index));
+                let spread = points.iter().filter(|point| point.y_spread.is_some());
+                canvas.band(&spread.map(area).collect::<Vec<_>>(), colour(index));
             }
         }
         for (index, series) in self.series.iter().enumerate() {

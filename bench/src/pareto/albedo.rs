@@ -89,8 +89,8 @@ pub fn measure(short: bool, seed: u64) -> Result<Finding> {
         note: format!(
             "{} random genomes, without black ones, each at the incident direction where the search of the energy limit \
              found the largest albedo; order n is n rings times 2n azimuths; relative to order {} in f64, which differs from \
-             half that order by reference_error (median); one thread, including inputs. Beyond_bound is the number of \
-             genomes for which the search is off by more than its bound and {ROUNDING:e} for rounding",
+             half that order by reference_error (median); one thread, including inputs. The search of \
+             `beyond_bound` genomes has an error above its own bound plus {ROUNDING:e} for rounding",
             workload.genomes, workload.reference_order,
         ),
         table: table(&orders, &limits, median(&reference_error)),

@@ -87,6 +87,13 @@ struct Options {
     hardware: bool,
 }
 
+/// Value of an option that takes a number from 1 to `most`.
+fn count(option: &str, value: Option<&&str>, most: u32) -> Result<u32> {
+    let count = value.and_then(|value| value.parse().ok());
+    let count = count.filter(|count| (1..=most).contains(count));
+    count.with_context(|| format!("{option} needs a number from 1 to {most}"))
+}
+
 impl Options {
     fn parse(task: Task, words: &[&str]) -> Result<Self> {
         let mut options = Self {
@@ -114,14 +121,10 @@ impl Options {
                     options.brood = Some(std::path::absolute(file).context("resolve --brood")?);
                 }
                 "--starts" if task == Task::Inverse => {
-                    let count = words.next().and_then(|word| word.parse().ok());
-                    let count = count.filter(|count| (1..=1000).contains(count));
-                    options.starts = Some(count.context("--starts needs a number from 1 to 1000")?);
+                    options.starts = Some(count(word, words.next(), 1000)?);
                 }
                 "--seeds" if task == Task::Fit => {
-                    let count = words.next().and_then(|word| word.parse().ok());
-                    let count = count.filter(|count| (1..=1000).contains(count));
-                    options.seeds = Some(count.context("--seeds needs a number from 1 to 1000")?);
+                    options.seeds = Some(count(word, words.next(), 1000)?);
                 }
                 "--angle" if task == Task::Live => {
                     let names = words.next().context("--angle needs names")?;
@@ -140,10 +143,7 @@ impl Options {
                     options.materials = Some((*names).to_owned());
                 }
                 "--rounds" if task == Task::Peers => {
-                    let count = words.next().and_then(|word| word.parse().ok());
-                    options.rounds = count
-                        .filter(|count| (1..=100).contains(count))
-                        .context("--rounds needs a number from 1 to 100")?;
+                    options.rounds = count(word, words.next(), 100)?;
                 }
                 word => bail!("unknown option {word} of bench {}", task.name()),
             }
