@@ -1,4 +1,4 @@
-//! Sweep of every fixed number of rays per pixel: the error must fall with each.
+//! Sweep of every fixed number of samples per pixel: the error must fall with each step.
 
 use std::path::Path;
 
@@ -22,7 +22,8 @@ const METALS: [&str; 3] = ["alum-bronze", "aluminium", "chrome"];
 /// Amount of work of the sweep.
 struct Workload {
     size_px: u32,
-    most: u16,
+    /// Samples per pixel are 1 to this number.
+    most: u32,
     reference_samples: u16,
 }
 
@@ -33,11 +34,11 @@ struct Subject {
     programs: Vec<Program>,
 }
 
-/// Quartiles of the error over the materials of a subject, by number of rays.
+/// Quartiles of the error over the materials of a subject, by samples per pixel.
 struct Curve {
     name: String,
     materials: usize,
-    errors: Vec<(u16, Quartiles)>,
+    errors: Vec<(u32, Quartiles)>,
     reference_rmse: f64,
 }
 
@@ -45,9 +46,9 @@ struct Curve {
 /// fits.
 pub fn measure(short: bool, seeds: &[u64], data: Option<&Path>) -> Result<Finding> {
     let workload = if short {
-        Workload { size_px: 16, most: 15, reference_samples: 255 }
+        Workload { size_px: 16, most: 16, reference_samples: 255 }
     } else {
-        Workload { size_px: 32, most: 1023, reference_samples: 4095 }
+        Workload { size_px: 32, most: 1024, reference_samples: 16383 }
     };
     let random = |mesh: BuiltinMesh| Subject {
         name: mesh.name().to_owned(),
@@ -65,7 +66,7 @@ pub fn measure(short: bool, seeds: &[u64], data: Option<&Path>) -> Result<Findin
             subjects.push(Subject { name: name.to_owned(), mesh: BuiltinMesh::Sphere, programs });
         }
     }
-    let bar = output::bar(subjects.len() as u64, "rays per pixel");
+    let bar = output::bar(subjects.len() as u64, "samples per pixel");
     let curve = |subject: &Subject| {
         let curve = curve(subject, &workload);
         bar.inc(1);
@@ -100,19 +101,20 @@ fn curve(subject: &Subject, workload: &Workload) -> Result<Curve> {
     let (exact, halves) = (exposed(&exact), exposed(&halves));
     let rmse = |a: &[[f64; 3]], b: &[[f64; 3]]| difference(a, b, 1.0).rmse;
     let reference_rmse = median(exact.iter().zip(&halves).map(|(a, b)| rmse(a, b)));
-    let error = |rays: u16| {
-        let set = SampleSet::render(&mesh, &scene, size_px, Sampling::Fixed(rays));
+    let error = |sampling: Sampling| {
+        let set = SampleSet::render(&mesh, &scene, size_px, sampling);
         let mut f = Vec::new();
         let mut errors = Vec::new();
         for ((program, exact), ev) in programs.iter().zip(&exact).zip(&evs) {
             let image = picture::canonical(&set, program, &mut f)?;
             errors.push(rmse(&picture::exposed(image.premultiplied(), *ev), exact));
         }
-        Ok((rays, Quartiles::of(&errors)))
+        Ok((sampling.min_rays(), Quartiles::of(&errors)))
     };
-    // An even number is rounded up to the next odd one.
-    let numbers: Vec<u16> = (1..=workload.most).step_by(2).collect();
-    let errors = numbers.into_par_iter().map(error).collect::<Result<_>>()?;
+    // Numbers that are rounded up to another have its picture.
+    let mut samplings: Vec<Sampling> = (1..=workload.most).map(Sampling::from).collect();
+    samplings.dedup();
+    let errors = samplings.into_par_iter().map(error).collect::<Result<_>>()?;
     let (name, materials) = (subject.name.clone(), programs.len());
     Ok(Curve { name, materials, errors, reference_rmse })
 }
@@ -129,15 +131,14 @@ impl Curve {
         (rises, largest)
     }
 
-    /// Error of a number of rays, rounded up as a picture does it.
-    fn at(&self, rays: u16) -> f64 {
-        let found = self.errors.iter().find(|(number, _)| *number == rays | 1);
+    fn at(&self, samples: u32) -> f64 {
+        let found = self.errors.iter().find(|(number, _)| *number == samples);
         found.map_or(f64::NAN, |found| found.1.median)
     }
 }
 
 fn finding(curves: &[Curve], seeds: usize, workload: &Workload) -> Finding {
-    let Workload { size_px, reference_samples, .. } = workload;
+    let Workload { size_px, most, reference_samples } = workload;
     let (mut table, mut raw) = (ResultTable::default(), ResultTable::default());
     for curve in curves {
         let (rises, largest_rise) = curve.rises();
@@ -149,34 +150,36 @@ fn finding(curves: &[Curve], seeds: usize, workload: &Workload) -> Finding {
             rmse_16: curve.at(16),
             rmse_64: curve.at(64),
             rmse_256: curve.at(256),
-            rmse_1022: curve.at(1022),
-            numbers: curve.errors.len(),
+            rmse_1024: curve.at(1024),
+            steps: curve.errors.len(),
             above_least: rises,
             largest_rise: largest_rise,
             reference_rmse: curve.reference_rmse,
         });
-        for (rays, error) in &curve.errors {
+        for (samples, error) in &curve.errors {
             let rmse = Cell::Quartiles(*error);
-            raw.push(cells! { subject: curve.name.clone(), rays: usize::from(*rays), rmse: rmse });
+            let samples = *samples as usize;
+            raw.push(cells! { subject: curve.name.clone(), samples: samples, rmse: rmse });
         }
     }
     Finding {
         name: "rays",
         note: format!(
-            "every odd number of rays per pixel, {size_px} x {size_px} pixels; median RMSE of linear light after \
+            "every number of samples per pixel from 1 to {most}, rounded up to a power of two as pictures do it, \
+             {size_px} x {size_px} pixels; median RMSE of linear light after \
              exposure, clamped to 0..1, against {reference_samples} rays in f64; the sphere and the knob have a random \
-             material of each of {seeds} seeds; above_least counts numbers with a \
-             larger error than fewer rays have, largest_rise is the largest ratio to the least error of fewer rays"
+             material of each of {seeds} seeds; above_least counts powers with a \
+             larger error than a lower power has, largest_rise is the largest ratio to the least error of lower powers"
         ),
         table,
         raw: Some(raw),
         chart: Plot {
-            title: "Every number of rays per pixel".to_owned(),
+            title: "Every number of samples per pixel".to_owned(),
             subtitle: format!(
                 "{size_px} x {size_px} pixels, median and quartiles of {seeds} random materials on sphere and knob; \
                  against {reference_samples} rays in f64"
             ),
-            x: Axis::log("rays per pixel"),
+            x: Axis::log("samples per pixel"),
             y: Axis::log("RMSE of linear light after exposure"),
             series: curves.iter().map(series).collect(),
         }
@@ -185,8 +188,8 @@ fn finding(curves: &[Curve], seeds: usize, workload: &Workload) -> Finding {
 }
 
 fn series(curve: &Curve) -> Series {
-    let points = curve.errors.iter().map(|(rays, error)| Point {
-        x: f64::from(*rays),
+    let points = curve.errors.iter().map(|(samples, error)| Point {
+        x: f64::from(*samples),
         y: error.median,
         y_spread: error.spread(),
         ..Point::default()

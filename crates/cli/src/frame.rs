@@ -31,7 +31,7 @@ pub struct FrameArgs {
     /// Size of a picture in pixels, each side 1 to 4096: a side, or width and height as in 640x360
     #[arg(long, value_name = "N|WxH", default_value = "256", value_parser = size)]
     pub size: PictureSize,
-    /// Samples per pixel: adaptive, or 1 to 1024 in every pixel, even numbers rounded up
+    /// Samples per pixel: adaptive, or 1 to 1024 in every pixel, rounded up to a power of two
     #[arg(long, value_name = "adaptive|N", default_value = "adaptive", value_parser = sampling)]
     pub samples: Sampling,
     /// Mesh: an OBJ file, or sphere, torus, cube or knob

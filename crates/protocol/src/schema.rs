@@ -40,7 +40,7 @@ impl PartialSchema for PixelSamples {
         let adaptive = ObjectBuilder::new().schema_type(Type::String);
         let fixed = ObjectBuilder::new().schema_type(Type::Integer);
         let items = OneOfBuilder::new()
-            .description(Some("Samples per pixel: `adaptive`, or the same number in every pixel, even numbers rounded up."))
+            .description(Some("Samples per pixel: `adaptive`, or the same number in every pixel, rounded up to a power of two."))
             .item(adaptive.enum_values(Some(["adaptive"])))
             .item(fixed.minimum(Some(1)).maximum(Some(64)));
         RefOr::T(Schema::OneOf(items.build()))

@@ -18,8 +18,8 @@ use crate::description::Scene;
 
 /// Number of rays per pixel from which the pixel's triangles are gathered once for all of them.
 const MIN_RAYS_FOR_CANDIDATES: usize = 4;
-/// Number of listed pixels that a thread samples at a time.
-const PIXELS_TOGETHER: usize = 16;
+/// Number of rays of listed pixels that a thread traces at a time.
+const RAYS_TOGETHER: usize = 512;
 /// Difference of `shade` between a pixel's mean and its centre above which a smooth pixel is
 /// curved.
 const CURVED_THRESHOLD: f32 = 2e-4;
@@ -153,10 +153,11 @@ impl SampleSet {
         );
         let sampler = pixel_sampler(mesh, scene, assets, size_px);
         let offsets = subpixel_offsets(u32::from(samples));
+        let together = (RAYS_TOGETHER / offsets.len()).max(1);
         let width = u32::try_from(pixels.len()).expect("a picture has fewer than 2^32 pixels");
         let rows = pixels
-            .par_chunks(PIXELS_TOGETHER)
-            .zip((0..width).into_par_iter().step_by(PIXELS_TOGETHER))
+            .par_chunks(together)
+            .zip((0..width).into_par_iter().step_by(together))
             .map_init(Scratch::default, |scratch, (pixels, first)| {
                 let mut out = Row::default();
                 for (index, pixel) in (first..).zip(pixels) {

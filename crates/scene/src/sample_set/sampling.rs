@@ -15,29 +15,32 @@ pub enum Sampling {
     /// edge, a crease or strongly curved shading.
     #[default]
     Adaptive,
-    /// The same number of rays in every pixel, 1 to [`Sampling::FIXED_MAX`]. An even number is
-    /// rounded up, so that rays are symmetric about the pixel's centre and include it.
+    /// The same number of rays in every pixel: a power of two up to [`Sampling::FIXED_MAX`], as
+    /// [`Sampling::fixed`] makes it. From two on one more ray is traced, so that rays are symmetric
+    /// about the pixel's centre and include it. In code any other number is possible too.
     Fixed(u16),
 }
 
 /// Error if text or a number is not a sampling.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("samples must be \"adaptive\" or a number from 1 to 65535")]
+#[error("samples must be \"adaptive\" or a number from 1 to 32768")]
 pub struct SamplingError;
 
 impl Sampling {
     /// Largest fixed number of rays per pixel.
-    pub const FIXED_MAX: u32 = u16::MAX as u32;
+    pub const FIXED_MAX: u32 = 1 << 15;
 
-    /// Makes a fixed sampling.
+    /// Makes a fixed sampling: `samples` rounded up to a power of two.
+    ///
+    /// Each power of two has less error than the one before; numbers between them need not, since
+    /// the evenness of the lattice changes from number to number (docs/maths/film.md).
     ///
     /// # Errors
     /// Returns [`SamplingError`] if `samples` is not in 1..=[`Sampling::FIXED_MAX`].
     pub fn fixed(samples: u32) -> Result<Self, SamplingError> {
-        match u16::try_from(samples) {
-            Ok(samples) if samples > 0 => Ok(Self::Fixed(samples)),
-            _ => Err(SamplingError),
-        }
+        let known = (1..=Self::FIXED_MAX).contains(&samples).then(|| samples.next_power_of_two());
+        let fixed = known.and_then(|samples| u16::try_from(samples).ok()).map(Self::Fixed);
+        fixed.ok_or(SamplingError)
     }
 
     /// Returns the smallest number of rays that a pixel can have.
@@ -57,7 +60,7 @@ impl Sampling {
 impl From<u32> for Sampling {
     fn from(samples: u32) -> Self {
         Self::fixed(samples)
-            .unwrap_or_else(|_| panic!("samples per pixel must be in 1..=65535, got {samples}"))
+            .unwrap_or_else(|_| panic!("samples per pixel must be in 1..=32768, got {samples}"))
     }
 }
 
@@ -99,7 +102,7 @@ impl<'de> Deserialize<'de> for Sampling {
         }
         Ok(match u16::deserialize(deserializer)? {
             0 => Self::Adaptive,
-            samples => Self::Fixed(samples),
+            samples => Self::fixed(samples.into()).map_err(serde::de::Error::custom)?,
         })
     }
 }
@@ -110,7 +113,7 @@ impl Visitor<'_> for SamplingVisitor {
     type Value = Sampling;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("\"adaptive\" or a number from 1 to 65535")
+        f.write_str("\"adaptive\" or a number from 1 to 32768")
     }
 
     fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Sampling, E> {
@@ -220,8 +223,9 @@ mod tests {
         for (text, sampling) in [
             ("\"adaptive\"", Some(Sampling::Adaptive)),
             ("4", Some(Sampling::Fixed(4))),
-            ("65535", Some(Sampling::Fixed(65535))),
+            ("32768", Some(Sampling::Fixed(32768))),
             ("0", None),
+            ("32769", None),
             ("65536", None),
             ("-1", None),
             ("1.5", None),
@@ -233,6 +237,18 @@ mod tests {
             assert_eq!(serde_json::to_string(&sampling).unwrap(), text);
             let bytes = postcard::to_stdvec(&sampling).unwrap();
             assert_eq!(postcard::from_bytes::<Sampling>(&bytes).unwrap(), sampling);
+        }
+    }
+
+    #[test]
+    fn numbers_are_rounded_up_to_a_power_of_two() {
+        for (number, power) in
+            [(1, 1), (2, 2), (3, 4), (5, 8), (20, 32), (1023, 1024), (1024, 1024)]
+        {
+            assert_eq!(Sampling::fixed(number), Ok(Sampling::Fixed(power)), "{number}");
+            let text = number.to_string();
+            assert_eq!(serde_json::from_str::<Sampling>(&text).ok(), Some(Sampling::Fixed(power)));
+            assert_eq!(text.parse(), Ok(Sampling::Fixed(power)), "{number}");
         }
     }
 

@@ -60,7 +60,7 @@ fn assert_invariants(samples: &SampleSet) {
     assert_eq!(image.coverage.len() as u64, pixels);
     assert!(image.coverage.iter().all(|share| (0.0..=1.0).contains(share)));
     if let Sampling::Fixed(samples) = image.sampling {
-        // Even numbers are rounded up.
+        // One more than an even number.
         let samples = samples | 1;
         assert_eq!(counts.rays, pixels * u64::from(samples));
         let covered: f64 = image.coverage.iter().map(|share| f64::from(*share)).sum();
