@@ -4,14 +4,15 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use brood_brdf::Brdf;
+use brood_eval::RadianceImage;
 use brood_genome::Genome;
 use brood_inspect::Shot;
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh, ObjLimits, parse_obj};
-use brood_scene::{SampleSet, Sampling, Scene};
+use brood_scene::{PictureSize, SampleSet, Sampling, Scene, Tangents};
 
 use crate::chart::{Axis, Plot, Point, ResultTable, Series, cells};
-use crate::measure::fastest_ms;
+use crate::measure::{fastest_ms, fastest_of_each_ms};
 use crate::output;
 use crate::record::Finding;
 
@@ -35,32 +36,42 @@ const MATERIALS: [(&str, &str); 7] = [
     ),
 ];
 
+/// Object and its scene.
+struct Subject {
+    name: &'static str,
+    size_px: u32,
+    mesh: Mesh,
+    scene: Scene,
+}
+
 /// Measures the finding; the object of a file needs the folder of meshes.
 pub fn measure(short: bool, data: Option<&Path>) -> Result<Finding> {
-    let (size_px, rays, repeats) = if short { (32, 255, 1) } else { (128, 1023, 5) };
-    let mut objects = vec![
-        ("sphere", Mesh::builtin(BuiltinMesh::Sphere)),
-        ("knob", Mesh::builtin(BuiltinMesh::Knob)),
+    // Sizes are those of the comparison with another renderer.
+    let ([sphere_px, mesh_px], rays, repeats) =
+        if short { ([32, 48], 255, 1) } else { ([128, 192], 1023, 5) };
+    let subject = |name, size_px, mesh| Subject { name, size_px, mesh, scene: Scene::default() };
+    let mut subjects = vec![
+        subject("sphere", sphere_px, Mesh::builtin(BuiltinMesh::Sphere)),
+        subject("knob", mesh_px, Mesh::builtin(BuiltinMesh::Knob)),
     ];
     if let Some(data) = data {
         let path = data.join("meshes/spot_triangulated.obj");
         let bytes = output::read_file(&path, 64 << 20)?;
         let file = parse_obj(&bytes, &ObjLimits::default());
-        objects.push(("spot", file.with_context(|| path.display().to_string())?.mesh));
+        let mesh = file.with_context(|| path.display().to_string())?.mesh;
+        let mut own_tangents = subject("spot, own tangents", mesh_px, mesh.clone());
+        own_tangents.scene.tangents = Tangents::Triangle;
+        subjects.extend([subject("spot", mesh_px, mesh), own_tangents]);
     }
-    let (scene, assets) = (Scene::default(), LightAssets::default());
-    let bar = output::bar((objects.len() * MATERIALS.len()) as u64, "highlights");
+    let assets = LightAssets::default();
+    let bar = output::bar((subjects.len() * MATERIALS.len()) as u64, "highlights");
     let mut table = ResultTable::default();
     let mut series = Vec::new();
-    for (object, mesh) in &objects {
-        let shot = Shot {
-            mesh,
-            scene: &scene,
-            assets: &assets,
-            size_px: size_px.into(),
-            sampling: Sampling::Adaptive,
-        };
-        let fine = SampleSet::render(mesh, &scene, size_px, Sampling::Fixed(rays));
+    for subject in &subjects {
+        let Subject { name: object, size_px, mesh, scene } = subject;
+        let (size_px, sampling) = (PictureSize::from(*size_px), Sampling::Adaptive);
+        let shot = Shot { mesh, scene, assets: &assets, size_px, sampling };
+        let fine = SampleSet::render(mesh, scene, size_px, Sampling::Fixed(rays));
         let (set_ms, set) = fastest_ms(repeats, || Ok(shot.set()))?;
         let mut points = Vec::new();
         for (index, (name, model)) in MATERIALS.iter().enumerate() {
@@ -69,20 +80,38 @@ pub fn measure(short: bool, data: Option<&Path>) -> Result<Finding> {
                 genome.layers().iter().map(|layer| -> Box<dyn Brdf> { layer.brdf() }).collect();
             let material = models.first().context("a material has a model")?;
             let reference = brood_eval::shade_brdf(&fine, material.as_ref());
-            let (picture_ms, picture) =
-                fastest_ms(repeats, || Ok(shot.take_on(&set, material.as_ref())))?;
-            let error = error(picture.radiance.premultiplied(), reference.premultiplied());
+            let (mut before, mut after) = (None, None);
+            let [unrefined_ms, refined_ms] = fastest_of_each_ms(
+                repeats,
+                [
+                    &mut || {
+                        before = Some(brood_eval::shade_brdf(&set, material.as_ref()));
+                        Ok(())
+                    },
+                    &mut || {
+                        after = Some(shot.radiance_on(&set, material.as_ref()));
+                        Ok(())
+                    },
+                ],
+            )?;
+            let (before, (after, refined)) = before.zip(after).context("pictures were made")?;
+            let error =
+                |image: &RadianceImage| error(image.premultiplied(), reference.premultiplied());
+            let after_error = error(&after);
             table.push(cells! {
                 object: *object,
                 material: *name,
-                rmse_over_mean: error,
+                rmse_over_mean: after_error,
+                unrefined: error(&before),
                 set_ms: set_ms,
-                picture_ms: picture_ms,
-                samples: picture.samples,
+                unrefined_ms: unrefined_ms,
+                refined_ms: refined_ms,
+                time_ratio: (set_ms + refined_ms) / (set_ms + unrefined_ms),
                 set_samples: set.len(),
+                more_samples: refined.samples as usize,
             });
             let x = (index + 1) as f64;
-            points.push(Point { x, y: error, label: (*name).to_owned(), ..Point::default() });
+            points.push(Point { x, y: after_error, label: (*name).to_owned(), ..Point::default() });
             bar.inc(1);
         }
         series.push(Series::dotted(object, points.into_iter()));
@@ -91,15 +120,16 @@ pub fn measure(short: bool, data: Option<&Path>) -> Result<Finding> {
     Ok(Finding {
         name: "highlight",
         note: format!(
-            "adaptive sampling, {size_px} x {size_px} pixels, all threads; RMSE of linear radiance over its mean, not \
-             clipped, against {rays} rays per pixel; picture_ms covers both the developed and the linear picture in f64"
+            "adaptive sampling, {sphere_px} x {sphere_px} pixels, meshes {mesh_px} x {mesh_px}, all threads; RMSE of linear radiance over its mean, not \
+             clipped, against {rays} rays per pixel; unrefined is the error without refinement; times are those of the linear \
+             picture in f64, and time_ratio includes the sample set in both"
         ),
         table,
         raw: None,
         chart: Plot {
             title: "Highlights finer than a pixel".to_owned(),
             subtitle: format!(
-                "adaptive, {size_px} x {size_px} pixels; against {rays} rays per pixel"
+                "adaptive, {sphere_px} x {sphere_px} pixels, meshes {mesh_px} x {mesh_px}; against {rays} rays per pixel"
             ),
             x: Axis::log("material, from wide to narrow lobes"),
             y: Axis::log("RMSE of linear radiance over its mean"),

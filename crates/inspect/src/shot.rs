@@ -6,8 +6,8 @@ use std::convert::Infallible;
 
 use brood_brdf::Brdf;
 use brood_eval::{
-    Developed, Gain, RadianceImage, RoughTile, develop_samples, model_reflectance, refine_radiance,
-    rough_tiles, shade,
+    Developed, Gain, RadianceImage, Refinement, RoughTile, develop_samples, model_reflectance,
+    refine_radiance, rough_tiles, shade,
 };
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
@@ -89,7 +89,6 @@ impl Shot<'_> {
         material.shade(set, &mut f);
         let gain = Gain::new(self.scene.film, set, &f);
         let mut developed = develop_samples(set, &f, gain);
-        let mut radiance = shade(set, &f);
         let mut samples = set.len();
         for rough in rough_tiles(set, &developed) {
             let RoughTile { tile, pixels, .. } = rough;
@@ -107,11 +106,33 @@ impl Shot<'_> {
                 }
             }
         }
+        let (radiance, refined) = self.refined_radiance((set, &f), material);
+        samples += usize::try_from(refined.samples).expect("they were in memory");
+        Picture { developed, radiance, samples }
+    }
+
+    /// Returns the linear picture of a material on a set from [`Shot::set`].
+    pub fn radiance_on(
+        &self,
+        set: &SampleSet,
+        material: &(impl Shade + ?Sized),
+    ) -> (RadianceImage, Refinement) {
+        let mut f = Vec::new();
+        material.shade(set, &mut f);
+        self.refined_radiance((set, &f), material)
+    }
+
+    fn refined_radiance(
+        &self,
+        (set, f): (&SampleSet, &[f32]),
+        material: &(impl Shade + ?Sized),
+    ) -> (RadianceImage, Refinement) {
+        let mut radiance = shade(set, f);
         let refined = refine_radiance(
             &mut radiance,
-            (set, &f),
+            (set, f),
             // Linear radiance does not depend on the film.
-            Gain::new(Exposure::Auto, set, &f),
+            Gain::new(Exposure::Auto, set, f),
             |rays, pixels| {
                 let picture = (self.size_px, rays);
                 SampleSet::render_pixels(self.mesh, self.scene, self.assets, picture, pixels)
@@ -122,8 +143,7 @@ impl Shot<'_> {
             },
         );
         let Ok(refined) = refined;
-        samples += usize::try_from(refined.samples).expect("they were in memory");
-        Picture { developed, radiance, samples }
+        (radiance, refined)
     }
 
     /// Traces the samples of a part of the picture.

@@ -13,16 +13,30 @@ use crate::radiance::{RadianceImage, shade_each};
 
 /// Numbers of rays, each tried where the one before changed the pixel.
 const RAYS: [u16; 4] = [5, 17, 65, 257];
-/// Index in [`RAYS`] of the first number for pixels at edges: fewer rays measure an edge worse than
-/// adaptive sampling did.
+/// Index in [`RAYS`] of the first number that a pixel at an edge takes its value from: fewer rays
+/// measure an edge worse than adaptive sampling did, and only find out whether more are needed.
 const EDGE_START: usize = 1;
+/// Error at which a pixel has settled, in exposed radiance: 5 codes of the display's white.
+const SETTLED: f32 = 0.02;
+/// The same as a share of the pixel's radiance, for highlights far above white. Few pixels are so
+/// bright, and the error of a linear picture is that of its brightest pixels.
+const SETTLED_SHARE: f32 = 0.002;
+/// [`SETTLED`] before [`EDGE_START`]: pixels at edges are many, so that their errors add up.
+const EDGE_SETTLED: f32 = 0.002;
 /// Difference in codes from the mean of two neighbours above which a pixel with one ray is rough,
 /// as in developed pictures. Codes are 255 times the square root of exposed radiance, close to sRGB
 /// but not clipped.
 const ROUGH_CODES: f32 = 12.0;
-/// Change by more rays at which a pixel has settled, in exposed radiance, or relative to it where
-/// it is above the display's white.
-const SETTLED: f32 = 0.02;
+/// Distance from the mean of two neighbours, divided by the error of one ray: with second
+/// derivative d the distance is d / 2 and the mean of a pixel is off by d / 24.
+const CURVED: f32 = 12.0;
+/// Mean deviation from the mean radiance of a pixel at an edge above which the number of its rays
+/// matters, relative to the radiance where that is above white.
+const UNEVEN_SHARE: f32 = 0.02;
+/// Possible error of the mean of n rays, divided by their standard deviation and n^-3/4. A lattice
+/// of n rays measures a half-plane, an edge of all or nothing, to half of that; highlights are
+/// smoother.
+const SCATTER_SHARE: f32 = 0.05;
 /// Slope of the half vector along an axis below which a sample at an edge is near the centre or the
 /// ridge of a highlight.
 const NEAR_MIRROR: f64 = 0.25;
@@ -72,38 +86,48 @@ pub fn refine_radiance<E>(
     done.pixels = pending.len() as u64;
     let mut fine_f = Vec::new();
     for (step, rays) in RAYS.into_iter().enumerate() {
-        let (now, mut next): (Vec<_>, Vec<_>) =
-            pending.into_iter().partition(|pixel| pixel.edge.is_none() || step >= EDGE_START);
+        if pending.is_empty() {
+            break;
+        }
         let place = |pixel: &Candidate| {
             let index = u32::try_from(pixel.index).expect("a picture has fewer than 2^32 pixels");
             (layout.area.x + index % layout.width, layout.area.y + index / layout.width)
         };
-        let places: Vec<(u32, u32)> = now.iter().map(place).collect();
-        if !places.is_empty() {
-            let fine = trace(rays, &places);
-            eval(&fine, &mut fine_f)?;
-            done.samples += fine.len() as u64;
-            let coverage = &fine.image().expect("pixels were traced").coverage;
-            let mut found = vec![[0.0; 3]; now.len()];
-            shade_each(&fine, &fine_f, |k, radiance| found[k] = radiance);
-            let mut irradiance = vec![[0.0; 3]; now.len()];
-            fine_f.fill(1.0);
-            shade_each(&fine, &fine_f, |k, sum| irradiance[k] = sum);
-            for (k, pixel) in now.iter().enumerate() {
-                let ratio = |own: f32, fine: f32| if fine > 0.0 { own / fine } else { 0.0 };
-                let scale = match pixel.edge {
-                    Some(own) => [0, 1, 2].map(|c| ratio(own[c], irradiance[k][c])),
-                    None => [ratio(image.coverage()[pixel.index], coverage[k]); 3],
-                };
-                // Rays may miss what covers a sliver of the pixel.
-                if scale == [0.0; 3] {
-                    continue;
-                }
-                let found = [0, 1, 2].map(|c| found[k][c] * scale[c]);
-                let before = image.premultiplied()[pixel.index];
-                if differ(before, found, gain) {
-                    next.push(*pixel);
-                }
+        let places: Vec<(u32, u32)> = pending.iter().map(place).collect();
+        let fine = trace(rays, &places);
+        eval(&fine, &mut fine_f)?;
+        done.samples += fine.len() as u64;
+        let coverage = &fine.image().expect("pixels were traced").coverage;
+        let mut found = vec![[0.0; 3]; pending.len()];
+        shade_each(&fine, &fine_f, |k, radiance| found[k] = radiance);
+        let doubt = doubt(&fine, &fine_f);
+        let mut irradiance = vec![[0.0; 3]; pending.len()];
+        fine_f.fill(1.0);
+        shade_each(&fine, &fine_f, |k, sum| irradiance[k] = sum);
+        let mut next = Vec::new();
+        for (k, pixel) in pending.iter().enumerate() {
+            let ratio = |own: f32, fine: f32| if fine > 0.0 { own / fine } else { 0.0 };
+            let scale = match pixel.edge {
+                Some(own) => [0, 1, 2].map(|c| ratio(own[c], irradiance[k][c])),
+                None => [ratio(image.coverage()[pixel.index], coverage[k]); 3],
+            };
+            // Rays may miss what covers a sliver of the pixel.
+            if scale == [0.0; 3] {
+                continue;
+            }
+            let found = [0, 1, 2].map(|c| found[k][c] * scale[c]);
+            let before = image.premultiplied()[pixel.index];
+            let is_probe = pixel.edge.is_some() && step < EDGE_START;
+            let settled = if is_probe { EDGE_SETTLED } else { SETTLED };
+            let is_off = |c: usize| {
+                let value = found[c] * gain.factor;
+                (before[c] * gain.factor - value).abs() > most(value, settled)
+                    || doubt[k][c] * scale[c] * gain.factor > most(value, SETTLED)
+            };
+            if (0..3).any(is_off) {
+                next.push(*pixel);
+            }
+            if !is_probe {
                 image.put(pixel.index, found);
             }
         }
@@ -138,7 +162,9 @@ fn candidates(image: &RadianceImage, (set, f): (&SampleSet, &[f32]), gain: Gain)
     found
 }
 
-/// True if the pixel is off the mean of two opposite neighbours.
+/// True if the pixel is off the mean of two opposite neighbours: by codes, or in radiance by what
+/// changes its mean. A slope that is even in codes is curved in radiance, which shows where it is
+/// far above white.
 fn is_rough(image: &RadianceImage, index: usize, gain: Gain) -> bool {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let (x, y) = (index % width, index / width);
@@ -150,8 +176,9 @@ fn is_rough(image: &RadianceImage, index: usize, gain: Gain) -> bool {
         let (Some(before), Some(after)) = (value(before), value(after)) else { return false };
         let own = image.premultiplied()[index];
         (0..3).any(|c| {
-            let mean = 0.5 * (code(before[c], gain) + code(after[c], gain));
-            (mean - code(own[c], gain)).abs() > ROUGH_CODES
+            let [before, own, after] = [before, own, after].map(|value| value[c] * gain.factor);
+            (0.5 * (code(before) + code(after)) - code(own)).abs() > ROUGH_CODES
+                || (0.5 * (before + after) - own).abs() > CURVED * most(own, SETTLED)
         })
     };
     (x > 0 && x + 1 < width && off_mean(index - 1, index + 1))
@@ -174,22 +201,41 @@ fn is_uneven((set, f): (&SampleSet, &[f32]), samples: Range<usize>, gain: Gain) 
         let radiance: f32 = f.iter().zip(irradiance).map(|(f, e)| f * e).sum();
         let mean = if all > 0.0 { radiance / all } else { 0.0 };
         let spread: f32 = f.iter().zip(irradiance).map(|(f, e)| (f - mean).abs() * e).sum();
-        is_off(radiance, radiance + spread, gain)
+        spread * gain.factor > SETTLED.max(UNEVEN_SHARE * (radiance + spread) * gain.factor)
     })
 }
 
-fn differ(a: [f32; 3], b: [f32; 3], gain: Gain) -> bool {
-    a.into_iter().zip(b).any(|(a, b)| is_off(a, b, gain))
+/// Returns the error that the mean of each pixel's rays may have, see [`SCATTER_SHARE`].
+///
+/// Rays of different numbers can agree by chance; rays that differ much among themselves must not
+/// settle a pixel.
+fn doubt(set: &SampleSet, f: &[f32]) -> Vec<[f32; 3]> {
+    let layout = set.image().expect("pixels were traced");
+    let mut doubt = vec![[0.0; 3]; layout.coverage.len()];
+    for span in layout.spans() {
+        let samples = span.radiance_start as usize..span.end as usize;
+        doubt[span.pixel as usize] = [0, 1, 2].map(|channel| {
+            let f = &f[channel * set.len()..][samples.clone()];
+            let irradiance = &set.irradiance()[channel][samples.clone()];
+            let radiance = f.iter().zip(irradiance).map(|(f, e)| f * e);
+            let (sum, squares) =
+                radiance.fold((0.0, 0.0), |(sum, squares), l| (sum + l, squares + l * l));
+            let mean: f32 = sum * layout.scale;
+            let variance = (squares * layout.scale - mean * mean).max(0.0);
+            SCATTER_SHARE * variance.sqrt() * layout.scale.powf(0.75)
+        });
+    }
+    doubt
 }
 
-/// True if two radiances differ by more than [`SETTLED`].
-fn is_off(a: f32, b: f32, gain: Gain) -> bool {
-    (a - b).abs() * gain.factor > SETTLED * (b * gain.factor).max(1.0)
+/// Returns the largest error at which an exposed radiance has settled.
+fn most(exposed: f32, settled: f32) -> f32 {
+    settled.max(SETTLED_SHARE * exposed)
 }
 
-/// Returns the unclipped code of a radiance.
-fn code(radiance: f32, gain: Gain) -> f32 {
-    255.0 * (radiance * gain.factor).max(0.0).sqrt()
+/// Returns the unclipped code of an exposed radiance.
+fn code(exposed: f32) -> f32 {
+    255.0 * exposed.max(0.0).sqrt()
 }
 
 #[cfg(test)]
@@ -264,7 +310,7 @@ mod tests {
             let ([before, after, reference], refined) = pictures(mesh, &model);
             let (before, after) = (error(&before, &reference), error(&after, &reference));
             assert!(before > 0.04, "{model}: {before} shows nothing");
-            assert!(after < 0.03, "{model}: {before} before, {after} after, {refined:?}");
+            assert!(after < 0.02, "{model}: {before} before, {after} after, {refined:?}");
             assert!(refined.pixels > 0 && refined.samples > refined.pixels);
         }
     }
