@@ -30,8 +30,10 @@ const EFFORTS: [(&str, Effort); 2] = [
             steep: 10,
             flat: 6,
             azimuths: 6,
-            uv_side: 5,
-            starts: 12,
+            uv_side: 4,
+            scattered: 1024,
+            starts: 10,
+            scattered_starts: 8,
             stages: [
                 Stage { climbers: [6, 4, 2], ..Effort::USUAL.stages[0] },
                 Stage { order: 24, climbers: [2, 1, 1], ..Effort::USUAL.stages[1] },

@@ -13,6 +13,7 @@ mod hemisphere;
 mod lattice;
 mod limit;
 mod lobe;
+mod scatter;
 mod search;
 mod slope;
 mod subject;

@@ -12,6 +12,7 @@ use super::hemisphere::Quadrature;
 use super::lattice::Lattice;
 use super::limit::{EnergyLimit, Incidence, tilt_of};
 use super::lobe::LobeRule;
+use super::scatter::Scatter;
 use super::subject::{Fineness, ProgramRule, Samples, Subject, largest};
 
 /// Tilts near the normal that are searched for programs. Within 2^-20 radians, normalised
@@ -24,6 +25,8 @@ pub const ALBEDO_ORDER: usize = 128;
 const ORDERS: [usize; 3] = [32, 64, ALBEDO_ORDER];
 /// Spacings of the nodes for layers in the measurement, each half the one before.
 const SPACINGS: [f64; 3] = [0.25, 0.125, 0.0625];
+/// Order of the quadrature at scattered places, which only ranks them.
+const SCATTERED_ORDER: usize = 5;
 /// Relative change at which the measurement ends, from one order to twice that order.
 const SETTLED: f64 = 1e-4;
 
@@ -42,8 +45,12 @@ pub struct Effort {
     pub grid_order: usize,
     /// Spacing of the nodes for layers on the grid.
     pub grid_spacing: f64,
+    /// Number of scattered places.
+    pub scattered: usize,
     /// Number of places of the grid that the climb starts from.
     pub starts: usize,
+    /// Number of scattered places that it starts from.
+    pub scattered_starts: usize,
     /// Stages of the climb.
     pub stages: [Stage; 2],
 }
@@ -65,10 +72,12 @@ impl Effort {
         steep: 16,
         flat: 10,
         azimuths: 8,
-        uv_side: 6,
+        uv_side: 5,
         grid_order: 8,
         grid_spacing: 0.5,
+        scattered: 2048,
         starts: 24,
+        scattered_starts: 12,
         stages: [
             Stage { order: 16, spacing: 0.35, climbers: [10, 6, 4] },
             Stage { order: 32, spacing: 0.25, climbers: [4, 2, 2] },
@@ -105,6 +114,8 @@ pub struct LimitSearch {
     rules: [Rules; 2],
     /// By highlights (without, with), then by azimuths, then by programs.
     tiles: [OnceLock<Tile>; 8],
+    /// By highlights, then by azimuths.
+    scatters: [OnceLock<Scatter>; 4],
 }
 
 impl LimitSearch {
@@ -123,6 +134,7 @@ impl LimitSearch {
                 measuring: Default::default(),
             }),
             tiles: Default::default(),
+            scatters: Default::default(),
         }
     }
 
@@ -132,7 +144,8 @@ impl LimitSearch {
         let axes = Axes::of(program);
         let subject = Subject::new(program);
         let mut samples = 0;
-        let starts = self.best_of_grid(&subject, axes, &mut samples);
+        let mut starts = self.best_of_grid(&subject, axes, &mut samples);
+        starts.extend(self.best_scattered(&subject, axes, &mut samples));
         let Some((place, evidence)) = self.climb(&subject, starts, axes, &mut samples) else {
             // No light is reflected from any direction of the grid.
             let place = Incidence { tilt: 0.0, turn: 0.0, uv: DVec2::ZERO };
@@ -197,6 +210,34 @@ impl LimitSearch {
             lattice.add_largest(&mut starts, self.effort.starts);
         }
         starts.into_iter().map(place).collect()
+    }
+
+    /// Returns the best of the scattered places of a program, by its albedo without layers.
+    fn best_scattered(
+        &self,
+        subject: &Subject<'_>,
+        axes: Axes,
+        samples: &mut usize,
+    ) -> Vec<(Incidence, f64)> {
+        let Some(squares) = subject.squares() else { return Vec::new() };
+        let scatter = self.scatter(axes);
+        *samples += scatter.samples();
+        let mut found = scatter.each(|samples| {
+            samples
+                .albedos(squares)
+                .into_iter()
+                .map(|found| largest(subject.stage(found)))
+                .collect()
+        });
+        found.retain(|(place, _)| place.tilt <= axes.tilt_max);
+        found.sort_by(|a, b| b.1.total_cmp(&a.1));
+        found.truncate(self.effort.scattered_starts);
+        let places: Vec<Incidence> = found.into_iter().map(|(place, _)| place).collect();
+        let rule = &self.rules[usize::from(axes.highlight)].grid;
+        let fineness = Fineness { rule, spacing: self.effort.grid_spacing };
+        let (albedos, count) = subject.albedos_at(&places, fineness);
+        *samples += count;
+        places.into_iter().zip(albedos.into_iter().map(largest)).collect()
     }
 
     /// Returns the albedos of the layers on the grid. They are the same at opposite azimuths.
@@ -319,6 +360,15 @@ impl LimitSearch {
         let side = self.side(axes);
         let count = if on { side } else { 1 };
         (0..count).map(|index| index as f64 / (side - 1) as f64).collect()
+    }
+
+    fn scatter(&self, axes: Axes) -> &Scatter {
+        let kind = 2 * usize::from(axes.highlight) + usize::from(axes.azimuth);
+        self.scatters[kind].get_or_init(|| {
+            let tilts = &self.tile(Axes { program: true, ..axes }).tilts;
+            let rule = rule(SCATTERED_ORDER, axes.highlight);
+            Scatter::new(self.effort.scattered, tilts, axes.azimuth, &rule)
+        })
     }
 
     /// Returns the directions of the grid.
