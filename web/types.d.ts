@@ -1218,7 +1218,7 @@ export interface components {
         };
         /** @description Size of a picture in pixels: the side of a square one, or width and height. */
         PictureSize: number | number[];
-        /** @description Samples per pixel: `adaptive`, or the same number in every pixel, even numbers rounded up. */
+        /** @description Samples per pixel: `adaptive`, or the same number in every pixel, rounded up to a power of two. */
         PixelSamples: "adaptive" | number;
         /** @description f with light, eye and normal in one plane, at texture position (1/2, 1/2). */
         Plane: {

@@ -1,5 +1,6 @@
 //! `brood render`: renders one picture of a material.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -10,7 +11,7 @@ use brood_brdf::{Brdf, Swapped};
 use brood_eval::{encode_exr, encode_png, express};
 use brood_inspect::Shot;
 use brood_protocol::{Backend, PictureFormat};
-use brood_scene::{PictureSize, PixelArea};
+use brood_scene::{PictureSize, PixelArea, Sampling};
 use brood_worker::Renderer;
 use clap::Args;
 use serde_json::json;
@@ -81,6 +82,7 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
             "key": picture.key.to_string(),
             "size_px": args.frame.size,
             "exposure_ev": picture.exposure_ev,
+            "samples_per_pixel": args.frame.samples,
             "samples": picture.samples,
             "operations": picture.operations,
             "milliseconds": elapsed.as_secs_f64() * 1e3,
@@ -88,14 +90,22 @@ pub fn run(args: &RenderArgs, json: bool) -> Result<()> {
         }));
     }
     output::print(&format!(
-        "{}: {} samples, {} operations, exposure {:.3} EV, {:.1} ms on the {}\n",
+        "{}: {}, {} operations, exposure {:.3} EV, {:.1} ms on the {}\n",
         args.output.display(),
-        picture.samples,
+        samples_text(args.frame.samples, picture.samples),
         picture.operations,
         picture.exposure_ev,
         elapsed.as_secs_f64() * 1e3,
         report.name,
     ))
+}
+
+/// Returns the number of samples and that per pixel, which `--samples` is rounded up to.
+fn samples_text(sampling: Sampling, samples: impl Display) -> String {
+    match sampling {
+        Sampling::Adaptive => format!("{samples} samples (adaptive)"),
+        Sampling::Fixed(per_pixel) => format!("{samples} samples ({per_pixel} per pixel)"),
+    }
 }
 
 /// Renders a measured material, on the CPU in f64.
@@ -136,15 +146,15 @@ fn run_brdf(
             "measured": kind,
             "size_px": frame.size,
             "exposure_ev": developed.exposure_ev,
+            "samples_per_pixel": frame.samples,
             "samples": picture.samples,
             "milliseconds": milliseconds,
         }));
     }
     output::print(&format!(
-        "{}: {}, {} samples, exposure {:.3} EV, {milliseconds:.1} ms\n",
+        "{}: {kind}, {}, exposure {:.3} EV, {milliseconds:.1} ms\n",
         args.output.display(),
-        kind,
-        picture.samples,
+        samples_text(frame.samples, picture.samples),
         developed.exposure_ev,
     ))
 }

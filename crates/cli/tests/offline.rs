@@ -5,6 +5,8 @@
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
+use serde_json::json;
+
 fn brood(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_brood"))
         .args(args)
@@ -116,6 +118,13 @@ fn render_gives_the_same_bytes_twice_and_reads_json_and_text() {
     assert_eq!(plain, render("b.png", &["--backend", "cpu"]));
     assert_ne!(plain, render("c.png", &["--light-deg", "120"]));
     assert_ne!(plain, render("d.png", &["--light", "-3,1,2", "--mesh", "torus"]));
+    for (asked, used) in [("20", json!(32)), ("1", json!(1)), ("adaptive", json!("adaptive"))] {
+        let picture = path(&dir, "f.png");
+        let options = ["--size", "32", "--samples", asked, "--json", "-o", &picture];
+        let found = succeed(&[&["render", &genome][..], &options].concat());
+        let found: serde_json::Value = serde_json::from_str(&found).unwrap();
+        assert_eq!(found["samples_per_pixel"], used, "{asked}");
+    }
     assert!(render("e.exr", &[]).starts_with(&[0x76, 0x2f, 0x31, 0x01]));
     let zero = succeed(&["diff", &path(&dir, "a.png"), &path(&dir, "b.png")]);
     assert_eq!(zero, "0\n");

@@ -1,11 +1,12 @@
 //! Scattered places of the search: no two share a coordinate, so they meet ridges of the albedo
 //! that are narrower than the spacing of the grid.
 
+use brood_program::Program;
 use glam::DVec2;
 use rayon::prelude::*;
 
 use super::limit::Incidence;
-use super::subject::{ProgramRule, Samples};
+use super::subject::{ProgramRule, Samples, Subject, largest};
 
 /// Number of places evaluated at once.
 const TOGETHER: usize = 64;
@@ -18,8 +19,8 @@ pub(super) struct Scatter {
 }
 
 impl Scatter {
-    /// Scatters `count` places between the ascending tilts, as many between each two; at azimuth 0
-    /// if `azimuth` is false.
+    /// Scatters `count` places, equally many between each two of the ascending tilts. All are at
+    /// azimuth 0 if `azimuth` is false.
     pub(super) fn new(count: usize, tilts: &[f64], azimuth: bool, rule: &ProgramRule) -> Self {
         let place = |index: usize| {
             let [tilt, turn, u, v] = coordinates(index);
@@ -39,13 +40,16 @@ impl Scatter {
         self.parts.iter().map(|(_, samples)| samples.len()).sum()
     }
 
-    /// Returns each place with its value, given those of the places of some samples.
-    pub(super) fn each(
+    /// Returns each place with the largest albedo there of the program without its layers.
+    pub(super) fn albedos(
         &self,
-        values: impl Fn(&Samples) -> Vec<f64> + Sync,
+        subject: &Subject<'_>,
+        squares: &Program,
     ) -> Vec<(Incidence, f64)> {
         let of_part = |(places, samples): &(Vec<Incidence>, Samples)| -> Vec<(Incidence, f64)> {
-            places.iter().copied().zip(values(samples)).collect()
+            let albedos = samples.albedos(squares).into_iter();
+            let largest = albedos.map(|albedo| largest(subject.stage(albedo)));
+            places.iter().copied().zip(largest).collect()
         };
         self.parts.par_iter().map(of_part).collect::<Vec<_>>().concat()
     }

@@ -45,7 +45,8 @@ pub struct Effort {
     pub grid_order: usize,
     /// Spacing of the nodes for layers on the grid.
     pub grid_spacing: f64,
-    /// Number of scattered places.
+    /// Number of scattered places, whose coordinates are all different: they meet ridges that are
+    /// narrower than the spacing of the grid.
     pub scattered: usize,
     /// Number of places of the grid that the climb starts from.
     pub starts: usize,
@@ -212,7 +213,7 @@ impl LimitSearch {
         starts.into_iter().map(place).collect()
     }
 
-    /// Returns the best of the scattered places of a program, by its albedo without layers.
+    /// Returns the scattered places where the albedo of the program without its layers is largest.
     fn best_scattered(
         &self,
         subject: &Subject<'_>,
@@ -222,13 +223,7 @@ impl LimitSearch {
         let Some(squares) = subject.squares() else { return Vec::new() };
         let scatter = self.scatter(axes);
         *samples += scatter.samples();
-        let mut found = scatter.each(|samples| {
-            samples
-                .albedos(squares)
-                .into_iter()
-                .map(|found| largest(subject.stage(found)))
-                .collect()
-        });
+        let mut found = scatter.albedos(subject, squares);
         found.retain(|(place, _)| place.tilt <= axes.tilt_max);
         found.sort_by(|a, b| b.1.total_cmp(&a.1));
         found.truncate(self.effort.scattered_starts);
@@ -362,6 +357,7 @@ impl LimitSearch {
         (0..count).map(|index| index as f64 / (side - 1) as f64).collect()
     }
 
+    /// Returns the scattered places, between the tilts of the grid.
     fn scatter(&self, axes: Axes) -> &Scatter {
         let kind = 2 * usize::from(axes.highlight) + usize::from(axes.azimuth);
         self.scatters[kind].get_or_init(|| {

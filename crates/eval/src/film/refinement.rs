@@ -11,17 +11,18 @@ use brood_scene::{SampleSet, Sampling};
 use super::exposure::Gain;
 use crate::radiance::{RadianceImage, shade_each};
 
-/// Numbers of rays, each tried where the one before changed the pixel.
+/// Numbers of rays. A pixel gets each number until it settles.
 const RAYS: [u16; 4] = [5, 17, 65, 257];
-/// Index in [`RAYS`] of the first number that a pixel at an edge takes its value from: fewer rays
-/// measure an edge worse than adaptive sampling did, and only find out whether more are needed.
+/// Index in [`RAYS`] of the first number that sets the value of a pixel at an edge. Fewer rays
+/// measure an edge worse than adaptive sampling, so they only decide if more are needed.
 const EDGE_START: usize = 1;
 /// Error at which a pixel has settled, in exposed radiance: 5 codes of the display's white.
 const SETTLED: f32 = 0.02;
-/// The same as a share of the pixel's radiance, for highlights far above white. Few pixels are so
-/// bright, and the error of a linear picture is that of its brightest pixels.
+/// The same as a share of the pixel's radiance, for highlights far above white. The brightest
+/// pixels make most of the error of a linear picture.
 const SETTLED_SHARE: f32 = 0.002;
-/// [`SETTLED`] before [`EDGE_START`]: pixels at edges are many, so that their errors add up.
+/// [`SETTLED`] before [`EDGE_START`]. It is smaller because many pixels are at edges and their
+/// errors add up.
 const EDGE_SETTLED: f32 = 0.002;
 /// Difference in codes from the mean of two neighbours above which a pixel with one ray is rough,
 /// as in developed pictures. Codes are 255 times the square root of exposed radiance, close to sRGB
@@ -33,10 +34,9 @@ const CURVED: f32 = 12.0;
 /// Mean deviation from the mean radiance of a pixel at an edge above which the number of its rays
 /// matters, relative to the radiance where that is above white.
 const UNEVEN_SHARE: f32 = 0.02;
-/// Possible error of the mean of n rays, divided by their standard deviation and n^-3/4. A lattice
-/// of n rays measures a half-plane, an edge of all or nothing, to half of that; highlights are
-/// smoother.
-const SCATTER_SHARE: f32 = 0.05;
+/// Possible error of the mean of n rays, divided by their standard deviation and n^-3/4. For the
+/// area of a half-plane this ratio is 0.5 (docs/maths/film.md). Highlights are smoother than edges.
+const DEVIATION_SHARE: f32 = 0.05;
 /// Slope of the half vector along an axis below which a sample at an edge is near the centre or the
 /// ridge of a highlight.
 const NEAR_MIRROR: f64 = 0.25;
@@ -100,7 +100,7 @@ pub fn refine_radiance<E>(
         let coverage = &fine.image().expect("pixels were traced").coverage;
         let mut found = vec![[0.0; 3]; pending.len()];
         shade_each(&fine, &fine_f, |k, radiance| found[k] = radiance);
-        let doubt = doubt(&fine, &fine_f);
+        let possible_errors = possible_errors(&fine, &fine_f);
         let mut irradiance = vec![[0.0; 3]; pending.len()];
         fine_f.fill(1.0);
         shade_each(&fine, &fine_f, |k, sum| irradiance[k] = sum);
@@ -121,8 +121,8 @@ pub fn refine_radiance<E>(
             let settled = if is_probe { EDGE_SETTLED } else { SETTLED };
             let is_off = |c: usize| {
                 let value = found[c] * gain.factor;
-                (before[c] * gain.factor - value).abs() > most(value, settled)
-                    || doubt[k][c] * scale[c] * gain.factor > most(value, SETTLED)
+                (before[c] * gain.factor - value).abs() > tolerance(value, settled)
+                    || possible_errors[k][c] * scale[c] * gain.factor > tolerance(value, SETTLED)
             };
             if (0..3).any(is_off) {
                 next.push(*pixel);
@@ -162,9 +162,9 @@ fn candidates(image: &RadianceImage, (set, f): (&SampleSet, &[f32]), gain: Gain)
     found
 }
 
-/// True if the pixel is off the mean of two opposite neighbours: by codes, or in radiance by what
-/// changes its mean. A slope that is even in codes is curved in radiance, which shows where it is
-/// far above white.
+/// True if the pixel differs from the mean of two opposite neighbours by [`ROUGH_CODES`], or in
+/// radiance by more than [`CURVED`] times the tolerance. The second test finds slopes that are
+/// linear in codes, the square root of radiance, but curved in radiance.
 fn is_rough(image: &RadianceImage, index: usize, gain: Gain) -> bool {
     let (width, height) = (image.width() as usize, image.height() as usize);
     let (x, y) = (index % width, index / width);
@@ -178,7 +178,7 @@ fn is_rough(image: &RadianceImage, index: usize, gain: Gain) -> bool {
         (0..3).any(|c| {
             let [before, own, after] = [before, own, after].map(|value| value[c] * gain.factor);
             (0.5 * (code(before) + code(after)) - code(own)).abs() > ROUGH_CODES
-                || (0.5 * (before + after) - own).abs() > CURVED * most(own, SETTLED)
+                || (0.5 * (before + after) - own).abs() > CURVED * tolerance(own, SETTLED)
         })
     };
     (x > 0 && x + 1 < width && off_mean(index - 1, index + 1))
@@ -205,16 +205,16 @@ fn is_uneven((set, f): (&SampleSet, &[f32]), samples: Range<usize>, gain: Gain) 
     })
 }
 
-/// Returns the error that the mean of each pixel's rays may have, see [`SCATTER_SHARE`].
+/// Returns the error that the mean of each pixel's rays may have, see [`DEVIATION_SHARE`].
 ///
-/// Rays of different numbers can agree by chance; rays that differ much among themselves must not
-/// settle a pixel.
-fn doubt(set: &SampleSet, f: &[f32]) -> Vec<[f32; 3]> {
+/// The means of two numbers of rays can be equal by chance, so equal means alone do not settle a
+/// pixel.
+fn possible_errors(set: &SampleSet, f: &[f32]) -> Vec<[f32; 3]> {
     let layout = set.image().expect("pixels were traced");
-    let mut doubt = vec![[0.0; 3]; layout.coverage.len()];
+    let mut errors = vec![[0.0; 3]; layout.coverage.len()];
     for span in layout.spans() {
         let samples = span.radiance_start as usize..span.end as usize;
-        doubt[span.pixel as usize] = [0, 1, 2].map(|channel| {
+        errors[span.pixel as usize] = [0, 1, 2].map(|channel| {
             let f = &f[channel * set.len()..][samples.clone()];
             let irradiance = &set.irradiance()[channel][samples.clone()];
             let radiance = f.iter().zip(irradiance).map(|(f, e)| f * e);
@@ -222,14 +222,14 @@ fn doubt(set: &SampleSet, f: &[f32]) -> Vec<[f32; 3]> {
                 radiance.fold((0.0, 0.0), |(sum, squares), l| (sum + l, squares + l * l));
             let mean: f32 = sum * layout.scale;
             let variance = (squares * layout.scale - mean * mean).max(0.0);
-            SCATTER_SHARE * variance.sqrt() * layout.scale.powf(0.75)
+            DEVIATION_SHARE * variance.sqrt() * layout.scale.powf(0.75)
         });
     }
-    doubt
+    errors
 }
 
 /// Returns the largest error at which an exposed radiance has settled.
-fn most(exposed: f32, settled: f32) -> f32 {
+fn tolerance(exposed: f32, settled: f32) -> f32 {
     settled.max(SETTLED_SHARE * exposed)
 }
 

@@ -15,9 +15,9 @@ pub enum Sampling {
     /// edge, a crease or strongly curved shading.
     #[default]
     Adaptive,
-    /// The same number of rays in every pixel: a power of two up to [`Sampling::FIXED_MAX`], as
-    /// [`Sampling::fixed`] makes it. From two on one more ray is traced, so that rays are symmetric
-    /// about the pixel's centre and include it. In code any other number is possible too.
+    /// The same number of rays in every pixel. [`Sampling::fixed`] and all input make it a power of
+    /// two; code may use other numbers. An even number gets one more ray, so that rays are
+    /// symmetric about the pixel's centre and include it.
     Fixed(u16),
 }
 
@@ -32,8 +32,8 @@ impl Sampling {
 
     /// Makes a fixed sampling: `samples` rounded up to a power of two.
     ///
-    /// Each power of two has less error than the one before; numbers between them need not, since
-    /// the evenness of the lattice changes from number to number (docs/maths/film.md).
+    /// The error falls from each power of two to the next. It does not from each number to the
+    /// next, because the evenness of the lattice depends on the number (docs/maths/film.md).
     ///
     /// # Errors
     /// Returns [`SamplingError`] if `samples` is not in 1..=[`Sampling::FIXED_MAX`].
