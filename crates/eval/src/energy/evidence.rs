@@ -21,8 +21,9 @@ impl Evidence {
     pub(super) fn error_bound(&self, change: f64, is_program: bool) -> f64 {
         let settled = 2.0 * change + self.gain + ROUNDING;
         if !is_program {
-            // Albedos of layers are smooth: only the last stage's quadrature can mislead.
-            return settled + 0.5 * self.noise[1];
+            // Albedos of layers are smooth: the last stage's quadrature can mislead, and a ridge
+            // may be followed not quite to its top.
+            return settled + 0.5 * self.noise[1] + RIDGE;
         }
         // Where a finer quadrature or a short climb changes albedos much, the grid may as well have
         // missed a higher peak: docs/maths/energy.md has the counts.
@@ -31,5 +32,7 @@ impl Evidence {
     }
 }
 
+/// Relative miss of the top of a ridge by the climb.
+const RIDGE: f64 = 1.0 / 2048.0;
 /// Bound of the logarithm of the ratio of a missed peak to the one found.
 const LARGEST_MISS: f64 = 5.0;

@@ -23,8 +23,9 @@ const NEAR_TILTS: [f64; 6] = [2e-7, 5e-7, 8e-7, 1e-5, 4e-4, 6e-3];
 pub const ALBEDO_ORDER: usize = 128;
 /// Orders of the measurement, each twice the one before; see [`rule`] for highlights.
 const ORDERS: [usize; 3] = [32, 64, ALBEDO_ORDER];
-/// Spacings of the nodes for layers in the measurement, each half the one before.
-const SPACINGS: [f64; 3] = [0.25, 0.125, 0.0625];
+/// Spacings of the nodes for layers in the measurement, each half the one before. The last two are
+/// for layers alone.
+const SPACINGS: [f64; 5] = [0.25, 0.125, 0.0625, 0.03125, 0.015625];
 /// Order of the quadrature at scattered places, which only ranks them.
 const SCATTERED_ORDER: usize = 5;
 /// Relative change at which the measurement ends, from one order to twice that order.
@@ -309,9 +310,11 @@ impl LimitSearch {
         let rules = &self.rules[usize::from(axes.highlight)].measuring;
         let mut albedo = 0.0;
         let mut changes = [0.0; 2];
-        for (index, order) in ORDERS.iter().enumerate() {
-            let rule = rules[index].get_or_init(|| rule(*order, axes.highlight));
-            let spacing = SPACINGS[index.min(SPACINGS.len() - 1)];
+        let is_program = subject.squares().is_some();
+        let steps = if is_program { ORDERS.len() } else { SPACINGS.len() };
+        for (index, spacing) in SPACINGS.into_iter().take(steps).enumerate() {
+            let last = index.min(ORDERS.len() - 1);
+            let rule = rules[last].get_or_init(|| rule(ORDERS[last], axes.highlight));
             let (found, count) = subject.albedos_at(&[place], Fineness { rule, spacing });
             *samples += count;
             let finer = largest(found[0]);
