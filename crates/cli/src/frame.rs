@@ -34,7 +34,7 @@ pub struct FrameArgs {
     /// Samples per pixel: adaptive, or 1 to 1024 in every pixel, rounded up to a power of two
     #[arg(long, value_name = "adaptive|N", default_value = "adaptive", value_parser = sampling)]
     pub samples: Sampling,
-    /// Mesh: an OBJ file, or sphere, torus, cube or knob
+    /// Mesh: an OBJ file, or ball, sphere, torus, cube or knob
     #[arg(long, value_name = "OBJ")]
     pub mesh: Option<String>,
     /// Scene as JSON; its IES profiles and environment pictures are read from its folder

@@ -13,7 +13,7 @@ use crate::frame::read_obj;
 /// Options of `brood mesh`.
 #[derive(Debug, Args)]
 pub struct MeshArgs {
-    /// Mesh: an OBJ file, or sphere, torus, cube or knob
+    /// Mesh: an OBJ file, or ball, sphere, torus, cube or knob
     mesh: String,
     /// glTF binary to write
     #[arg(long, short, value_name = "FILE.glb")]

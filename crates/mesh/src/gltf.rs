@@ -158,9 +158,7 @@ mod tests {
 
     #[test]
     fn glb_has_unit_tangents_orthogonal_to_normals() {
-        for builtin in
-            [BuiltinMesh::Sphere, BuiltinMesh::Torus, BuiltinMesh::Cube, BuiltinMesh::Knob]
-        {
+        for builtin in BuiltinMesh::ALL {
             let mesh = Mesh::builtin(builtin);
             let (description, floats) = read(&mesh.to_glb());
             let [positions, normals, tangents] = [floats(0), floats(1), floats(2)];

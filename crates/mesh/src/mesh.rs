@@ -5,6 +5,7 @@
 //! file formats and cameras.
 
 mod assemble;
+mod ball;
 mod builtin;
 mod normal;
 mod parts;

@@ -28,7 +28,7 @@ pub use validate::{LIGHT_SAMPLES_MAX, LIGHTS_MAX};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct Scene {
-    /// Mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
+    /// Mesh: "ball", "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
     pub mesh: MeshRef,
     /// Rotation of the mesh about its centre: about x, then y, then z, in degrees.
     pub rotation_deg: [f64; 3],

@@ -1,8 +1,9 @@
-//! Built-in meshes: sphere, torus, rounded cube and knob.
+//! Built-in meshes: shader ball, sphere, torus, rounded cube and knob.
 
 use glam::{DVec2, DVec3};
 
 use super::assemble::{RawMesh, assemble};
+use super::ball::ball;
 use super::parts::MeshParts;
 use super::revolution::{ProfilePoint, bezier_profile, revolve};
 use crate::angle::{rotation_xyz_deg, sin_cos_deg};
@@ -10,6 +11,8 @@ use crate::angle::{rotation_xyz_deg, sin_cos_deg};
 /// Procedural mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum BuiltinMesh {
+    /// Shader ball: a sphere with a groove and a flat on a turned base.
+    Ball,
     /// Unit sphere.
     Sphere,
     /// Unit sphere whose texture has its poles on the z axis. It has no name of its own: scenes
@@ -25,12 +28,13 @@ pub enum BuiltinMesh {
 
 impl BuiltinMesh {
     /// All built-in meshes that have a name.
-    pub const ALL: [Self; 4] = [Self::Sphere, Self::Torus, Self::Cube, Self::Knob];
+    pub const ALL: [Self; 5] = [Self::Ball, Self::Sphere, Self::Torus, Self::Cube, Self::Knob];
 
     /// Returns the name in scenes.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
+            Self::Ball => "ball",
             Self::Sphere | Self::SphereZ => "sphere",
             Self::Torus => "torus",
             Self::Cube => "cube",
@@ -51,6 +55,7 @@ const COLUMNS: u32 = 192;
 /// Builds the arrays of a built-in mesh.
 pub(super) fn build(mesh: BuiltinMesh) -> MeshParts {
     match mesh {
+        BuiltinMesh::Ball => ball(),
         BuiltinMesh::Sphere => sphere(),
         BuiltinMesh::SphereZ => sphere_z(),
         BuiltinMesh::Torus => torus(),

@@ -60,7 +60,8 @@ impl<'de> Deserialize<'de> for MeshRef {
 
 impl PartialSchema for MeshRef {
     fn schema() -> RefOr<Schema> {
-        let text = "\"sphere\", \"torus\", \"cube\", \"knob\" or the id of an uploaded mesh";
+        let text =
+            "\"ball\", \"sphere\", \"torus\", \"cube\", \"knob\" or the id of an uploaded mesh";
         let object = ObjectBuilder::new()
             .schema_type(SchemaType::new(Type::String))
             .min_length(Some(1))
