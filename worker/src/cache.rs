@@ -2,6 +2,7 @@
 //!
 //! Everything here is derived and bounded. Dropping an entry costs time and changes no result.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
 use brood_light::LightAssets;
@@ -12,12 +13,14 @@ pub(crate) use brood_scene::Raster;
 use brood_scene::{Film, MeshRef, PictureSize, SampleSet, Sampling, Scene};
 use moka::sync::Cache;
 
+use crate::bounded_cache::BoundedCache;
 use crate::render_counters::RenderCounters;
 
 /// Bytes per sample for inputs that are computed after a sample set was weighed: eight f32 cover
 /// the dialect `paper`.
 const LATER_INPUT_BYTES: usize = 32;
-const PROGRAMS: u64 = 8192;
+/// Bytes per packed word of a program with its translations.
+const PROGRAM_BYTES: usize = 64;
 
 /// Mesh with its content hash, which is computed once.
 #[derive(Debug)]
@@ -133,21 +136,16 @@ impl<'a> SceneView<'a> {
 /// Caches of one renderer.
 pub(crate) struct Caches {
     builtin: Cache<BuiltinMesh, Arc<LoadedMesh>>,
-    uploaded: Cache<[u8; 32], Arc<LoadedMesh>>,
-    sets: Cache<blake3::Hash, Arc<SampleSet>>,
-    programs: Cache<blake3::Hash, Arc<Program>>,
+    entries: BoundedCache,
     pub(crate) counters: RenderCounters,
 }
 
 impl Caches {
-    /// Creates caches. Meshes and sample sets take about `bytes` together.
-    pub(crate) fn new(bytes: u64) -> Self {
-        let kib = (bytes / 1024).max(1);
+    /// Creates caches in `entries`. Built-in meshes, 8 MB together, are kept beside them.
+    pub(crate) fn new(entries: BoundedCache) -> Self {
         Self {
-            builtin: Cache::new(BuiltinMesh::ALL.len() as u64),
-            uploaded: Cache::builder().max_capacity(kib / 4).weigher(weigh_mesh).build(),
-            sets: Cache::builder().max_capacity(kib - kib / 4).weigher(weigh_set).build(),
-            programs: Cache::new(PROGRAMS),
+            builtin: Cache::new(BuiltinMesh::ALL.len() as u64 + 1),
+            entries,
             counters: RenderCounters::default(),
         }
     }
@@ -157,12 +155,17 @@ impl Caches {
     }
 
     pub(crate) fn find_uploaded(&self, hash: &[u8; 32]) -> Option<Arc<LoadedMesh>> {
-        self.uploaded.get(hash)
+        self.entries.get(*hash)
     }
 
     /// Returns the cached mesh with the same content, or caches this one.
     pub(crate) fn uploaded(&self, mesh: LoadedMesh) -> Arc<LoadedMesh> {
-        self.uploaded.get_with(*mesh.hash(), || Arc::new(mesh))
+        let key = *mesh.hash();
+        let make = || {
+            let bytes = bytes_of(&mesh);
+            Ok::<_, Infallible>((Arc::new(mesh), bytes))
+        };
+        self.entries.get_or_make(key, make).unwrap_or_else(|error| match *error {})
     }
 
     /// Returns the sample set of a raster, which must lie within its picture. Concurrent callers
@@ -171,10 +174,14 @@ impl Caches {
         let mut made = false;
         let set = self.counters.timed(
             || {
-                self.sets.get_with(view.set_key(raster), || {
+                let make = || {
                     made = true;
-                    Arc::new(view.render(raster))
-                })
+                    let set = view.render(raster);
+                    let bytes = bytes_of_set(&set);
+                    Ok::<_, Infallible>((Arc::new(set), bytes))
+                };
+                let key = *view.set_key(raster).as_bytes();
+                self.entries.get_or_make(key, make).unwrap_or_else(|error| match *error {})
             },
             |sets_us| RenderStats { sets_us, ..RenderStats::default() },
         );
@@ -191,14 +198,14 @@ impl Caches {
         view: &SceneView<'_>,
         raster: Raster,
     ) -> Arc<SampleSet> {
-        let key = view.set_key(raster);
-        if let Some(set) = self.sets.get(&key) {
+        let key = *view.set_key(raster).as_bytes();
+        if let Some(set) = self.entries.get(key) {
             self.counters.add(RenderStats { sets_reused: 1, ..RenderStats::default() });
             return set;
         }
         self.counters.add(RenderStats { sets_made: 1, ..RenderStats::default() });
         let set = Arc::new(view.render(raster));
-        self.sets.insert(key, set.clone());
+        self.entries.insert(key, set.clone(), bytes_of_set(&set));
         set
     }
 
@@ -212,30 +219,26 @@ impl Caches {
         for word in words {
             hasher.update(&word.to_le_bytes());
         }
-        let key = hasher.finalize();
-        if let Some(program) = self.programs.get(&key) {
+        let key = *hasher.finalize().as_bytes();
+        if let Some(program) = self.entries.get(key) {
             self.counters.add(RenderStats { translations_reused: 1, ..RenderStats::default() });
             return Ok(program);
         }
         self.counters.add(RenderStats { translations_made: 1, ..RenderStats::default() });
         let program = Arc::new(unpack(words)?);
-        self.programs.insert(key, program.clone());
+        self.entries.insert(key, program.clone(), PROGRAM_BYTES * words.len());
         Ok(program)
     }
 }
 
-fn weigh_set(_: &blake3::Hash, set: &Arc<SampleSet>) -> u32 {
-    kib(set.bytes().saturating_add(set.len().saturating_mul(LATER_INPUT_BYTES)))
+fn bytes_of_set(set: &SampleSet) -> usize {
+    set.bytes().saturating_add(set.len().saturating_mul(LATER_INPUT_BYTES))
 }
 
-fn weigh_mesh(_: &[u8; 32], mesh: &Arc<LoadedMesh>) -> u32 {
+fn bytes_of(mesh: &LoadedMesh) -> usize {
     // Bytes per vertex: position, normal, tangent and texture coordinate in f64. Bytes per
     // triangle: three indices.
-    kib(mesh.mesh.vertex_count() * 88 + mesh.mesh.triangle_count() * 12)
-}
-
-fn kib(bytes: usize) -> u32 {
-    u32::try_from(bytes / 1024 + 1).unwrap_or(u32::MAX)
+    mesh.mesh.vertex_count() * 88 + mesh.mesh.triangle_count() * 12
 }
 
 #[cfg(test)]
@@ -246,7 +249,7 @@ mod tests {
 
     #[test]
     fn sample_set_is_shared_when_only_film_differs() {
-        let caches = Caches::new(64 << 20);
+        let caches = Caches::new(BoundedCache::new(64 << 20));
         let mesh = caches.builtin(BuiltinMesh::Sphere);
         let none = LoadedAssets::new(LightAssets::default());
         let scene = Scene::default();

@@ -161,9 +161,11 @@ impl RenderContext {
             let file = file.map_err(|error| Interrupted::by("download a light file", error))?;
             let LightAssetFile { kind, bytes } = file;
             let (asset_cache, own) = (self.asset_cache.clone(), name.to_owned());
-            let read = move || asset_cache.parse_and_insert(own, kind, &bytes);
-            tokio::task::spawn_blocking(read).await.map_err(failed)?.map_err(failed)?;
-            self.asset_cache.add_to(name, &mut assets);
+            let read = move || {
+                asset_cache.parse_into(&own, kind, &bytes, &mut assets)?;
+                Ok::<_, String>(assets)
+            };
+            assets = tokio::task::spawn_blocking(read).await.map_err(failed)?.map_err(failed)?;
         }
         Ok(assets)
     }

@@ -24,6 +24,7 @@
 //! ```
 
 mod backoff;
+mod bounded_cache;
 mod cache;
 mod encoded_picture;
 mod error;

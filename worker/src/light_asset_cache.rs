@@ -5,46 +5,40 @@ use std::sync::Arc;
 use brood_eval::decode_environment;
 use brood_light::{EnvironmentMap, IesProfile, LightAssets};
 use brood_protocol::LightAssetKind;
-use moka::sync::Cache;
 
-/// Number of cached assets. An environment map may take 100 MB.
-const CAPACITY: u64 = 8;
+use crate::bounded_cache::BoundedCache;
 
 /// Shared cache; clones refer to the same entries.
 #[derive(Clone)]
 pub(crate) struct LightAssetCache {
-    entries: Cache<String, LightAsset>,
+    entries: BoundedCache,
 }
 
-#[derive(Clone)]
 enum LightAsset {
     Profile(Arc<IesProfile>),
     Environment(Arc<EnvironmentMap>),
 }
 
-impl Default for LightAssetCache {
-    fn default() -> Self {
-        Self { entries: Cache::new(CAPACITY) }
-    }
-}
-
 impl LightAssetCache {
+    /// Creates a cache in `entries`.
+    pub(crate) fn new(entries: BoundedCache) -> Self {
+        Self { entries }
+    }
+
     /// Adds a cached asset to `assets`. Returns false if it is not in the cache.
     pub(crate) fn add_to(&self, name: &str, assets: &mut LightAssets) -> bool {
-        match self.entries.get(name) {
-            None => return false,
-            Some(LightAsset::Profile(profile)) => assets.insert_profile(name, profile),
-            Some(LightAsset::Environment(map)) => assets.insert_environment(name, map),
-        }
+        let Some(asset) = self.entries.get::<LightAsset>(key(name)) else { return false };
+        asset.add_to(name, assets);
         true
     }
 
-    /// Parses a file and caches it. The error is the parser's message.
-    pub(crate) fn parse_and_insert(
+    /// Parses a file, caches it, and adds it to `assets`. The error is the parser's message.
+    pub(crate) fn parse_into(
         &self,
-        name: String,
+        name: &str,
         kind: LightAssetKind,
         bytes: &[u8],
+        assets: &mut LightAssets,
     ) -> Result<(), String> {
         let asset = match kind {
             LightAssetKind::Profile => {
@@ -54,7 +48,25 @@ impl LightAssetCache {
                 decode_environment(bytes).map_err(|e| e.to_string())?,
             )),
         };
-        self.entries.insert(name, asset);
+        asset.add_to(name, assets);
+        let bytes = match &asset {
+            LightAsset::Profile(_) => bytes.len(),
+            LightAsset::Environment(map) => map.bytes(),
+        };
+        self.entries.insert(key(name), Arc::new(asset), bytes);
         Ok(())
     }
+}
+
+impl LightAsset {
+    fn add_to(&self, name: &str, assets: &mut LightAssets) {
+        match self {
+            Self::Profile(profile) => assets.insert_profile(name, profile.clone()),
+            Self::Environment(map) => assets.insert_environment(name, map.clone()),
+        }
+    }
+}
+
+fn key(name: &str) -> [u8; 32] {
+    *blake3::hash(name.as_bytes()).as_bytes()
 }

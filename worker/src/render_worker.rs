@@ -31,7 +31,7 @@ pub struct WorkerConfig {
     pub name: String,
     /// Number of render threads; `None` for all cores.
     pub threads: Option<NonZeroUsize>,
-    /// Size of the caches of sample sets and meshes, in bytes.
+    /// Limit of the renderer's cache in bytes.
     pub cache_bytes: u64,
 }
 
@@ -62,9 +62,9 @@ pub async fn run(config: WorkerConfig, shutdown: CancellationToken) -> Result<()
     let shutdown = shutdown.child_token();
     let context = RenderContext {
         client: client.clone(),
+        asset_cache: LightAssetCache::new(renderer.entries()),
         renderer,
         requests,
-        asset_cache: LightAssetCache::default(),
         shutdown: shutdown.clone(),
     };
     run_jobs(&client, &config.name, context, shutdown).await

@@ -11,6 +11,7 @@ use brood_protocol::{Backend, BackendReport, Frame, RenderStats, RenderedPicture
 use brood_scene::{Exposure, Film, PixelArea, SampleSet, Sampling};
 use rayon::prelude::*;
 
+use crate::bounded_cache::BoundedCache;
 use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, SceneView};
 use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
@@ -22,35 +23,43 @@ use crate::target_cache::TargetCache;
 /// Number of f32 values evaluated at once. Larger requests are split: a brood of 256 at 2048 x 2048
 /// would take 13 GB.
 const BATCH_FLOATS: usize = 32 << 20;
-const DEFAULT_CACHE_BYTES: u64 = 512 << 20;
+const DEFAULT_CACHE_BYTES: u64 = 256 << 20;
 
 /// Renders frames with one choice of evaluator, and caches meshes, sample sets and programs.
 pub struct Renderer {
     pub(crate) evaluators: Evaluators,
     pub(crate) caches: Caches,
     pub(crate) targets: TargetCache,
+    entries: BoundedCache,
     reflectances: Mutex<Vec<f32>>,
     assets: Mutex<Arc<LoadedAssets>>,
 }
 
 impl Renderer {
-    /// Creates a renderer with 512 MiB for sample sets and meshes. `gpu` opens the adapter
+    /// Creates a renderer with a cache of 256 MiB. `gpu` opens the adapter
     /// immediately, which takes up to seconds.
     #[must_use]
     pub fn new(backend: Backend) -> Self {
         Self::with_cache(backend, DEFAULT_CACHE_BYTES)
     }
 
-    /// Creates a renderer with `cache_bytes` for sample sets and meshes.
+    /// Creates a renderer whose derived data take at most `cache_bytes`.
     #[must_use]
     pub fn with_cache(backend: Backend, cache_bytes: u64) -> Self {
+        let entries = BoundedCache::new(cache_bytes);
         Self {
             evaluators: Evaluators::new(backend),
-            caches: Caches::new(cache_bytes),
-            targets: TargetCache::new(),
+            caches: Caches::new(entries.clone()),
+            targets: TargetCache::new(entries.clone()),
+            entries,
             reflectances: Mutex::default(),
             assets: Mutex::new(Arc::new(LoadedAssets::new(LightAssets::default()))),
         }
+    }
+
+    /// Returns the cache, for light files.
+    pub(crate) fn entries(&self) -> BoundedCache {
+        self.entries.clone()
     }
 
     /// With `auto`: looks for a GPU and benchmarks it against the CPU, which takes up to seconds.

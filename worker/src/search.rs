@@ -21,7 +21,7 @@ use crate::search_run::{SearchRun, StepBatch};
 
 /// Size of the target cache in KiB. Image targets are large: they contain the sample sets of their
 /// views.
-const TARGETS_KIB: u64 = 512 << 10;
+const TARGETS_KIB: u64 = 256 << 10;
 
 /// Configuration of a worker that searches.
 #[derive(Debug, Clone)]

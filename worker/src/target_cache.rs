@@ -6,14 +6,9 @@ use brood_brdf::Brdf;
 use brood_light::LightAssets;
 use brood_protocol::TargetSource;
 use brood_target::{BundledView, KnownView, MeasuredFile, PictureBundle, TargetKind};
-use moka::sync::Cache;
 
+use crate::bounded_cache::BoundedCache;
 use crate::error::RenderError;
-
-/// Capacity for parsed files, in KiB.
-const FILES_KIB: u64 = 160 << 10;
-/// Capacity for decoded pictures with the sample sets of their scenes, in KiB.
-const VIEWS_KIB: u64 = 192 << 10;
 
 /// Parsed file of a target.
 pub(crate) enum LoadedTarget {
@@ -54,23 +49,17 @@ impl LoadedTarget {
 
 /// Targets of one renderer.
 pub(crate) struct TargetCache {
-    files: Cache<[u8; 32], (Arc<LoadedTarget>, u32)>,
-    views: Cache<([u8; 32], u32), Arc<KnownView>>,
+    entries: BoundedCache,
 }
 
 impl TargetCache {
-    pub(crate) fn new() -> Self {
-        let file = |_: &_, file: &(Arc<LoadedTarget>, u32)| file.1;
-        let view = |_: &_, view: &Arc<KnownView>| kib(view.bytes());
-        Self {
-            files: Cache::builder().max_capacity(FILES_KIB).weigher(file).build(),
-            views: Cache::builder().max_capacity(VIEWS_KIB).weigher(view).build(),
-        }
+    pub(crate) fn new(entries: BoundedCache) -> Self {
+        Self { entries }
     }
 
     /// Returns a parsed file if it is in the cache.
     pub(crate) fn get(&self, hash: &[u8; 32]) -> Option<Arc<LoadedTarget>> {
-        self.files.get(hash).map(|(file, _)| file)
+        self.entries.get(*hash)
     }
 
     /// Parses a file and caches it, once for concurrent callers. The error is the parser's message.
@@ -79,8 +68,8 @@ impl TargetCache {
         source: &TargetSource,
         bytes: &[u8],
     ) -> Result<Arc<LoadedTarget>, Arc<String>> {
-        let read = || Ok((Arc::new(LoadedTarget::read(&source.kind, bytes)?), kib(bytes.len())));
-        self.files.try_get_with(source.hash, read).map(|(file, _)| file)
+        let read = || Ok((Arc::new(LoadedTarget::read(&source.kind, bytes)?), bytes.len()));
+        self.entries.get_or_make(source.hash, read)
     }
 
     /// Returns a decoded picture with the statuses of its pixels.
@@ -90,17 +79,16 @@ impl TargetCache {
         target: &LoadedTarget,
     ) -> Result<Arc<KnownView>, RenderError> {
         let (picture, assets) = target.picture(source.view)?;
-        let key = (source.hash, source.view.unwrap_or_default());
-        if let Some(view) = self.views.get(&key) {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&source.hash);
+        hasher.update(&source.view.unwrap_or_default().to_le_bytes());
+        let key = *hasher.finalize().as_bytes();
+        if let Some(view) = self.entries.get(key) {
             return Ok(view);
         }
         let read = picture.read(assets).map_err(|error| RenderError::Target(error.to_string()))?;
         let view = Arc::new(read.0);
-        self.views.insert(key, view.clone());
+        self.entries.insert(key, view.clone(), view.bytes());
         Ok(view)
     }
-}
-
-fn kib(bytes: usize) -> u32 {
-    u32::try_from(bytes / 1024 + 1).unwrap_or(u32::MAX)
 }

@@ -35,8 +35,8 @@ pub struct WorkerArgs {
     /// Number of threads; all cores by default
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
-    /// Largest size of the cache of sample sets and meshes in MiB
-    #[arg(long, value_name = "MIB", default_value_t = 512)]
+    /// Largest size of the cache of sample sets, meshes and files in MiB
+    #[arg(long, value_name = "MIB", default_value_t = 256)]
     cache_mib: u64,
     /// Search instead of rendering, at the lowest CPU priority
     #[arg(long)]

@@ -52,6 +52,13 @@ pub struct EnvironmentMap {
 }
 
 impl EnvironmentMap {
+    /// Returns its size in memory in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let sums = self.edge_cosines.len() + self.row_sums.len() + self.column_sums.len();
+        size_of_val(self.pixels.as_slice()) + size_of::<f64>() * sums
+    }
+
     /// Creates a map from linear pixels.
     ///
     /// # Shapes
