@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use brood_light::{IesProfile, LightAssets};
-use brood_mesh::Mesh;
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_scene::{ClipFrom, MeshRef, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
@@ -78,6 +78,12 @@ pub enum BundleError {
     /// The mesh of a view is missing; contains the index of the view.
     #[error("the mesh in the scene of picture {0} is missing")]
     Mesh(usize),
+    /// A view has a mesh of its own, but its scene selects the poles of the built-in sphere;
+    /// contains the index of the view.
+    #[error(
+        "the scene of picture {0} has \"sphere_pole\": \"z\", but the picture has its own mesh"
+    )]
+    NotSphere(usize),
     /// A light's profile is invalid.
     #[error("the profile of a light cannot be read: {0}")]
     Profile(String),
@@ -249,8 +255,14 @@ impl PictureBundle {
         let lacks = |view: &BundledView| {
             matches!(view.scene.mesh, MeshRef::Uploaded(_)) && view.mesh.is_none()
         };
-        match self.views.iter().position(lacks) {
-            Some(index) => Err(BundleError::Mesh(index)),
+        if let Some(index) = self.views.iter().position(lacks) {
+            return Err(BundleError::Mesh(index));
+        }
+        let is_other = |view: &BundledView| {
+            view.scene.builtin() == Some(BuiltinMesh::SphereZ) && view.mesh.is_some()
+        };
+        match self.views.iter().position(is_other) {
+            Some(index) => Err(BundleError::NotSphere(index)),
             None => Ok(()),
         }
     }

@@ -4,7 +4,6 @@ use std::io::Cursor;
 
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{Developed, encode_exr, encode_png, shade_brdf};
-use brood_mesh::BuiltinMesh;
 use brood_scene::{Exposure, PixelArea, Raster, SampleSet};
 
 use super::*;
@@ -143,6 +142,9 @@ fn encode_rejects_bundles_without_views_or_meshes() {
     let mut bundle = bundle();
     bundle.views[1].mesh = None;
     assert!(matches!(bundle.encode(), Err(BundleError::Mesh(1))));
+    let mut poled = PictureBundle { views: vec![view(0.0)], ..PictureBundle::default() };
+    poled.views[0].scene = serde_json::from_str(r#"{"sphere_pole": "z"}"#).unwrap();
+    assert!(matches!(poled.encode(), Err(BundleError::NotSphere(0))));
 }
 
 #[test]
