@@ -367,7 +367,7 @@ export interface components {
         };
         /** @description Export format. */
         ExportFormat: {
-            /** @description File name extension. */
+            /** @description Ending of file names, without the first dot. */
             extension: string;
             /** @description Name for people. */
             label: string;
@@ -1090,7 +1090,7 @@ export interface components {
          * @description Id of an uploaded mesh.
          */
         MeshId: string;
-        /** @description "sphere", "torus", "cube", "knob" or the id of an uploaded mesh */
+        /** @description "ball", "sphere", "torus", "cube", "knob" or the id of an uploaded mesh */
         MeshRef: string;
         /** @description Warning of the OBJ parser: the file was read nevertheless. */
         MeshWarning: {
@@ -1325,7 +1325,7 @@ export interface components {
              */
             lights: components["schemas"]["Light"][];
             /**
-             * @description Mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
+             * @description Mesh: "ball", "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
              * @default sphere
              */
             mesh: components["schemas"]["MeshRef"];
@@ -1407,7 +1407,7 @@ export interface components {
              */
             lights: components["schemas"]["Light"][];
             /**
-             * @description Mesh: "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
+             * @description Mesh: "ball", "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
              * @default sphere
              */
             mesh: components["schemas"]["MeshRef"];

@@ -7,6 +7,8 @@ async fn individual_is_exported_in_every_listed_format() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let id = lineage.random_child(3).await;
+    let found = server.get(&format!("/v1/individuals/{id}")).await.expect(200).json();
+    let hash = text_of(&found["hash"]);
     let formats = server.get("/v1/exports").await.expect(200).json();
     let formats = formats.as_array().unwrap();
     assert!(formats.len() >= 3);
@@ -15,7 +17,7 @@ async fn individual_is_exported_in_every_listed_format() {
         let path = format!("/v1/individuals/{id}/exports/{name}");
         let answer = server.get(&path).await.expect(200);
         assert_eq!(answer.header("content-type"), text_of(&format["media_type"]));
-        let file = format!("brood-{id}.{}", text_of(&format["extension"]));
+        let file = format!("brood-{}.{}", &hash[..8], text_of(&format["extension"]));
         assert!(answer.header("content-disposition").contains(&file));
         let text = answer.text();
         assert!(text.contains("evolved("), "{text}");

@@ -209,6 +209,9 @@ async fn sheet_is_six_by_six_around_the_centre_when_there_are_twenty_children() 
             assert!(covered(x, y) > 100, "cell {x}, {y} shows a child");
         }
     }
+    let turned = server.get(&format!("{path}?light_deg=90")).await.expect(200).picture();
+    assert_ne!(turned, sheet, "the light is elsewhere");
+    server.get(&format!("{path}?light_deg=1e7")).await.problem(400);
     let one = ids(&first)[..5].join(",");
     let free = server.get(&format!("/v1/sheet.png?individuals={one}")).await.expect(200).picture();
     assert!(free.width() < width, "five cells need a smaller sheet");

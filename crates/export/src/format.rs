@@ -44,11 +44,12 @@ impl Format {
         }
     }
 
-    /// File extension, without the dot.
+    /// Ending of file names, without the first dot; different for each format.
     #[must_use]
     pub fn extension(self) -> &'static str {
         match self {
-            Self::GlslEs300 | Self::Glsl410 => "glsl",
+            Self::GlslEs300 => "es300.glsl",
+            Self::Glsl410 => "410.glsl",
             Self::Wgsl => "wgsl",
         }
     }

@@ -25,7 +25,7 @@ pub struct ExportFormat {
     name: &'static str,
     /// Name for people.
     label: &'static str,
-    /// File name extension.
+    /// Ending of file names, without the first dot.
     extension: &'static str,
     /// Media type of the file.
     media_type: &'static str,
@@ -92,7 +92,8 @@ pub async fn get(
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
     let mut response = head.answer(&headers, text);
-    let name = format!("attachment; filename=\"brood-{id}.{}\"", format.extension());
+    let hash = individual.hash.to_string();
+    let name = format!("attachment; filename=\"brood-{}.{}\"", &hash[..8], format.extension());
     let name = HeaderValue::from_str(&name).expect("ids and endings are letters and digits");
     response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
     Ok(response)

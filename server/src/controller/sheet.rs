@@ -5,13 +5,14 @@ use std::sync::Arc;
 use axum::extract::State;
 use axum::response::Response;
 use brood_eval::{SheetCell, centre_px, decode_png, encode_png, sheet};
-use brood_protocol::{GenerationId, IndividualId, LineageId};
+use brood_protocol::{GenerationId, IndividualId, LineageId, SceneId};
 use brood_storage::{StoredIndividual, StoredPicture};
 use futures::stream::{self, StreamExt};
 use http::HeaderMap;
 use serde::Deserialize;
 
 use super::file::{FileHead, REVALIDATED};
+use super::picture_query::check_light;
 use crate::extract::{Path, Query};
 use crate::library::Framing;
 use crate::limit;
@@ -25,23 +26,36 @@ const AT_ONCE: usize = 32;
 /// Cells along one side of a sheet with a centre.
 const RING: u32 = 6;
 
+/// Scene and light of a generation's sheet.
+#[derive(Debug, Clone, Copy, Default, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct SheetView {
+    /// Scene to render; default: the lineage's scene.
+    scene: Option<SceneId>,
+    /// Angle of the lights on their circle in degrees; default: the scene's.
+    light_deg: Option<f64>,
+}
+
 /// Returns a generation's contact sheet: 6 x 6 around the centre for 20 children, near-square for
 /// other numbers.
 #[utoipa::path(get, path = "/v1/generations/{id}/sheet.png", tag = "pictures",
-    params(("id" = GenerationId, Path)),
+    params(("id" = GenerationId, Path), SheetView),
     responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
 pub async fn generation(
     State(app): State<App>,
     Path(id): Path<GenerationId>,
+    Query(view): Query<SheetView>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
+    check_light(view.light_deg)?;
     let generation = app.store.generation(id).await?;
     let around = generation.individuals.len() == AROUND;
     let centre = generation.centre.or_else(|| generation.individuals.first().cloned());
     let centre = centre.filter(|_| around);
     // The centre is shown in this lineage's scene, even if it belongs to another lineage.
     let centre = centre.map(|one| StoredIndividual { lineage: generation.lineage, ..one });
-    compose(&app, &headers, generation.individuals, centre).await
+    compose(&app, &headers, generation.individuals, centre, view).await
 }
 
 /// Individuals of a sheet.
@@ -74,7 +88,7 @@ pub async fn individuals(
         return Err(ApiError::bad_parameter("individuals", words));
     }
     let individuals = app.store.individuals(&ids).await?;
-    compose(&app, &headers, individuals, None).await
+    compose(&app, &headers, individuals, None, SheetView::default()).await
 }
 
 async fn compose(
@@ -82,12 +96,15 @@ async fn compose(
     headers: &HeaderMap,
     individuals: Vec<StoredIndividual>,
     centre: Option<StoredIndividual>,
+    SheetView { scene, light_deg }: SheetView,
 ) -> Result<Response, ApiError> {
     let mut lineages: Vec<(LineageId, Framing)> = Vec::new();
     for one in individuals.iter().chain(&centre) {
         if !lineages.iter().any(|(id, _)| *id == one.lineage) {
             let lineage = app.store.lineage(one.lineage).await?;
-            lineages.push((lineage.id, Framing::thumbnail(app.backend, &lineage)));
+            let view = Framing::thumbnail(app.backend, &lineage);
+            let scene = scene.unwrap_or(view.scene);
+            lineages.push((lineage.id, Framing { scene, light_deg, ..view }));
         }
     }
     let count = u32::try_from(individuals.len()).expect("a sheet has few cells");
