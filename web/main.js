@@ -36,6 +36,7 @@ import { html } from "./view/html.js";
 import { keyAnywhere, keyUpAnywhere } from "./view/keys.js";
 import { watchLightDot } from "./view/light.js";
 import { watchDetails } from "./view/lineage/details.js";
+import { watchStrip } from "./view/lineage/strip.js";
 
 const root = document.getElementById("app");
 if (!root) throw new Error("index.html has no #app");
@@ -65,6 +66,7 @@ watchLight();
 watchExtent();
 watchLive();
 watchLightDot();
+watchStrip();
 followSearchAddress();
 watchSearches();
 watchJob();

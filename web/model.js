@@ -100,6 +100,12 @@
  *
  * @typedef {{problem: Problem, retry?: () => void}} ShownProblem
  *
+ * @typedef {{name?: string, sent: number, whole: number}} Upload
+ *   `sent`, `whole`: bytes; all are sent while the server reads.
+ *
+ * @typedef {{received: number, whole: number|null, stop: () => void}} Download
+ *   `received`, `whole`: bytes; null while the size is unknown.
+ *
  * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean,
  *   saturation: number, energy_limit: boolean}} Knobs
  *

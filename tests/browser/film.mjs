@@ -3,7 +3,7 @@
 
 import { strict as assert } from "node:assert";
 
-import { allLit, noneLit, slide } from "./live.mjs";
+import { allLit, hold, noneLit, slide } from "./live.mjs";
 
 /** sRGB 128 in linear light. */
 const HALF = 0.2158605;
@@ -11,13 +11,6 @@ const HALF = 0.2158605;
 const SURROUND = 30;
 /** Colour of the stripes on the screen. */
 const MAGENTA = [255, 0, 179];
-
-/** Drags a slider to a value without releasing it. */
-const hold = (app, name, value) =>
-  app.id(name).evaluate((control, to) => {
-    control.value = String(to);
-    control.dispatchEvent(new Event("input", { bubbles: true }));
-  }, value);
 
 /**
  * Statistics of a frame's pixels: number of clearly lit ones, their largest blue, and number in the
@@ -54,6 +47,12 @@ async function blueness(app) {
     "something is lit",
   );
   return Math.max(...found.map(({ blue }) => blue));
+}
+
+/** The scene of the lineage that is shown. */
+async function shownScene(app) {
+  const { lineage } = await app.generation(await app.ready());
+  return app.api(`/v1/scenes/${(await app.api(`/v1/lineages/${lineage}`)).scene}`);
 }
 
 /** Number of pixels of the centre in the stripes' colour. */
@@ -141,7 +140,8 @@ export async function film(app, step, shot) {
     assert.ok(marked > 100, `${marked} pixels are marked`);
     await shot("16-clipped");
     await app.accessible("clipped");
-    await slide(app, "light", 1);
+    const { light_deg } = await shownScene(app);
+    await hold(app, "light", light_deg + 1);
     await allLit(page);
     const drawn = await striped(app);
     assert.ok(
@@ -152,7 +152,7 @@ export async function film(app, step, shot) {
     await page.getByRole("switch", { name: "Show clipping" }).uncheck();
     await page.waitForFunction(() => document.querySelectorAll("[data-testid=marks]").length === 0);
     assert.equal(await striped(app), 0);
-    await slide(app, "light", 0);
+    await app.reshown(() => slide(app, "light", light_deg + 2));
     await noneLit(page);
   });
 
@@ -177,9 +177,12 @@ export async function film(app, step, shot) {
       const curved = await app.reshown(() => page.getByRole("radio", { name: "Filmic" }).check());
       assert.equal(curved.film.tone, "filmic");
       assert.match(await app.id("stills").textContent(), /server renders/);
-      await slide(app, "light", 90);
+      await hold(app, "light", 90);
+      await page.locator("img.still").first().waitFor();
       await noneLit(page);
-      await slide(app, "light", 0);
+      const turned = await app.reshown(() => slide(app, "light", 90));
+      assert.equal(turned.light_deg, 90);
+      await app.reshown(() => slide(app, "light", 0));
       const lamp = "TILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n100 60 0\n";
       const file = (name, text) => ({
         name,

@@ -3,7 +3,7 @@
 import { strict as assert } from "node:assert";
 import { readFile } from "node:fs/promises";
 
-import { allLit, asServerDraws, noneLit, slide } from "./live.mjs";
+import { allLit, asServerDraws, hold, noneLit, slide } from "./live.mjs";
 
 /** Waits for the inspector with the server's answer. */
 async function openedInspector(app) {
@@ -299,11 +299,11 @@ export async function limitedLive(app, step, shot, base) {
     // Three stops above, as left by the steps of the film, borders that only the server antialiases
     // differ in eight times as many codes.
     await app.reshown(() => slide(app, "exposure", 0));
-    await slide(app, "light", 75);
+    await hold(app, "light", 75);
     await allLit(app.page);
     await asServerDraws(app, generation, 75, base);
     await shot("37-limited-live");
-    await slide(app, "light", 0);
+    await app.reshown(() => slide(app, "light", 1));
     await noneLit(app.page);
   });
 }

@@ -21,6 +21,7 @@ import { BroodPage } from "./page.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
 import { target, targetByFinger } from "./target.mjs";
+import { troubled } from "./troubled.mjs";
 import { visitor } from "./visitor.mjs";
 
 const FLAGS = [
@@ -243,6 +244,10 @@ async function inAHurry(app, base) {
   await hurried(app, step, base);
 }
 
+async function inTrouble(app, base) {
+  await troubled(app, step, shotOf(app), base);
+}
+
 async function drawn(app, base) {
   const shot = shotOf(app);
   await live(app, step, shot, base);
@@ -261,6 +266,7 @@ async function narrow(app, base) {
   await step("breeds by tap on a screen of 360 pixels", async () => {
     await app.open();
     await app.fits(app.page.locator("html"));
+    await app.fits(app.id("lineage-menu").locator(".cut"));
     await app.becomes(() => app.cell(5).tap());
     await app.page.screenshot({ path: join(pictures, "7-narrow.png") });
     await app.accessible("360 x 740");
@@ -291,6 +297,7 @@ async function main() {
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
       [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [inAHurry, PLAIN, { viewport: { width: 1440, height: 985 } }],
+      [inTrouble, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [
         looking,
         PLAIN,

@@ -36,6 +36,13 @@ export function slide(app, name, value) {
   }, value);
 }
 
+/** Drags a slider to a value without releasing it. */
+export const hold = (app, name, value) =>
+  app.id(name).evaluate((control, to) => {
+    control.value = String(to);
+    control.dispatchEvent(new Event("input", { bubbles: true }));
+  }, value);
+
 /**
  * Share of the pixels covered in the second PNG file that differ in the first, at the best of
  * several shifts: a frame may begin between two pixels.
@@ -76,22 +83,81 @@ function apart(page, shown, wanted) {
   );
 }
 
+/**
+ * Number of pixels of the first PNG file that differ from its corner, among those with no object
+ * within a few pixels in the second.
+ */
+function strayed(page, shown, wanted) {
+  return page.evaluate(
+    async ([a, b, near, codes]) => {
+      const pixels = async (base64) => {
+        const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+        const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+        const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+        context.drawImage(image, 0, 0);
+        return context.getImageData(0, 0, image.width, image.height);
+      };
+      const [left, right] = [await pixels(a), await pixels(b)];
+      const { width, height } = right;
+      const isNear = (x, y) => {
+        for (let v = Math.max(0, y - near); v <= Math.min(height - 1, y + near); v++)
+          for (let u = Math.max(0, x - near); u <= Math.min(width - 1, x + near); u++)
+            if (right.data[4 * (v * width + u) + 3] > 0) return true;
+        return false;
+      };
+      let found = 0;
+      // Frames have marks and buttons in their upper corners.
+      const corner = 4 * (height - 2) * width + 8;
+      for (let y = height >> 2; y + 1 < height; y++)
+        for (let x = 1; x + 1 < width; x++) {
+          const at = 4 * (y * width + x);
+          const apart = [0, 1, 2].some(
+            (channel) => Math.abs(left.data[at + channel] - left.data[corner + channel]) > codes,
+          );
+          if (apart && !isNear(x, y)) found += 1;
+        }
+      return found;
+    },
+    [shown.toString("base64"), wanted.toString("base64"), 4, 2],
+  );
+}
+
+/** Picture of a frame on the screen, and the server's of the same size. */
+async function bothPictures(app, { lineage, individuals }, slot, base, light = "") {
+  const { scene } = await app.api(`/v1/lineages/${lineage}`);
+  const box = await app.cell(slot).locator(".pictures").boundingBox();
+  const side = Math.floor(Math.min(box.width, box.height));
+  const url = `${base}/v1/individuals/${individuals[slot].id}/render.png?size=${side}&scene=${scene}${light}`;
+  const wanted = Buffer.from(await (await fetch(url)).arrayBuffer());
+  const clip = { x: box.x, y: box.y, width: side, height: side };
+  return [await app.page.screenshot({ clip }), wanted];
+}
+
+/** Records in the page how many frames are drawn live, at every animation frame. */
+const recordLit = (page) =>
+  page.evaluate(() => {
+    globalThis.litCounts = new Set();
+    const look = () => {
+      globalThis.litCounts?.add(document.querySelectorAll(".pictures.lit").length);
+      if (globalThis.litCounts) requestAnimationFrame(look);
+    };
+    look();
+  });
+
+/** Ends the record; returns the numbers in order. */
+const recordedLit = (page) =>
+  page.evaluate(() => {
+    const found = [...globalThis.litCounts].sort((a, b) => a - b);
+    globalThis.litCounts = null;
+    return found;
+  });
+
 /** Asserts that live frames equal the server's pictures with the light at an angle. */
 export async function asServerDraws(app, generation, light_deg, base) {
-  const { page } = app;
-  const { scene } = await app.api(`/v1/lineages/${generation.lineage}`);
   const found = [];
-  for (const slot of [0, 2, 4, 7, 9, 12, 13, 16, 19]) {
-    const box = await app.cell(slot).locator(".pictures").boundingBox();
-    const side = Math.floor(Math.min(box.width, box.height));
-    const id = generation.individuals[slot].id;
-    const url = `${base}/v1/individuals/${id}/render.png?size=${side}&scene=${scene}&light_deg=${light_deg}`;
-    const wanted = Buffer.from(await (await fetch(url)).arrayBuffer());
-    const shown = await page.screenshot({
-      clip: { x: box.x, y: box.y, width: side, height: side },
-    });
-    found.push(await apart(page, shown, wanted));
-  }
+  const light = `&light_deg=${light_deg}`;
+  for (const slot of [0, 2, 4, 7, 9, 12, 13, 16, 19])
+    found.push(await apart(app.page, ...(await bothPictures(app, generation, slot, base, light))));
   const text = `apart in ${found.map((share) => (100 * share).toFixed(1))} % of the pixels`;
   assert.ok(found.sort((one, other) => one - other)[found.length >> 1] < APART_SHARE, text);
   return text;
@@ -123,10 +189,33 @@ export async function live(app, step, shot, base) {
 
   await step("draws the frames like the server at every light angle", async () => {
     await app.reshown(() => slide(app, "exposure", -1));
-    await slide(app, "light", 75);
+    await hold(app, "light", 75);
     await allLit(page);
     await asServerDraws(app, generation, 75, base);
     await shot("8-live");
+    const scene = await app.reshown(() => slide(app, "light", 75));
+    assert.equal(scene.light_deg, 75);
+    await noneLit(page);
+  });
+
+  await step("shows all pictures after a click under the light of the scene", async () => {
+    const scene = await app.reshown(() => slide(app, "light", 40));
+    const child = await app.generation(await app.becomes(() => app.cell(3).click()));
+    const shown = await page.$$eval("img[data-frame]", (all) => all.map(({ src }) => src));
+    assert.equal(shown.length, 21);
+    const { thumbnail_px } = await app.api(`/v1/lineages/${child.lineage}`);
+    for (const [slot, { id, thumbnail }] of child.individuals.entries()) {
+      assert.ok(shown.includes(base + thumbnail), `the picture of frame ${slot} is shown`);
+      const [frame, lit] = await Promise.all(
+        [
+          thumbnail,
+          `/v1/individuals/${id}/render.png?size=${thumbnail_px}&scene=${scene.id}&light_deg=40`,
+        ].map(async (path) => Buffer.from(await (await fetch(base + path)).arrayBuffer())),
+      );
+      assert.ok(frame.equals(lit), `frame ${slot} has the light at 40 degrees`);
+    }
+    await app.id("undo").click();
+    await app.shows(generation.id);
   });
 
   await step("lets the light circle, and stops it", async () => {
@@ -136,8 +225,13 @@ export async function live(app, step, shot, base) {
     await page.waitForFunction((was) => document.getElementById("light").value !== was, before);
     assert.ok(await app.id("light-dot").isVisible());
     await page.getByRole("button", { name: "Pause the light" }).click();
+    await noneLit(page);
     assert.equal(await app.id("light-moves").getAttribute("aria-pressed"), "false");
-    await slide(app, "light", 0);
+    const { scene } = await app.api(`/v1/lineages/${generation.lineage}`);
+    const { light_deg } = await app.api(`/v1/scenes/${scene}`);
+    assert.equal(await angle(), String(Math.round(light_deg)));
+    assert.notEqual(light_deg, 40);
+    await app.reshown(() => slide(app, "light", 0));
     await page.waitForFunction(
       () => document.querySelector("output[for=light]").textContent === "0°",
     );
@@ -159,17 +253,72 @@ export async function live(app, step, shot, base) {
     await noneLit(page);
   });
 
+  await step("draws other conventions like the server", async () => {
+    await app.reshown(() => app.id("object").selectOption("sphere"));
+    await app.id("conventions").locator("summary").click();
+    const choose = (name) => app.reshown(() => page.getByRole("radio", { name }).check());
+    const scene = await choose("z axis");
+    assert.equal(scene.sphere_pole, "z");
+    assert.equal((await choose("per triangle")).tangents, "triangle");
+    await shot("9-conventions");
+    await hold(app, "light", 75);
+    await allLit(page);
+    await asServerDraws(app, generation, 75, base);
+    await app.reshown(() => slide(app, "light", 5));
+    await app.accessible("conventions");
+    await choose("per vertex");
+    const { sphere_pole } = await app.reshown(() => app.id("object").selectOption("knob"));
+    assert.equal(sphere_pole, undefined);
+    assert.equal(await page.getByRole("radio", { name: "z axis" }).count(), 0);
+  });
+
   await step("breeds under a moving light", async () => {
     await page.getByRole("button", { name: "Let the light circle" }).click();
     await allLit(page);
-    await app.becomes(() => app.cell(7).click());
+    const next = await app.becomes(async () => {
+      await recordLit(page);
+      await app.cell(7).click();
+    });
     await allLit(page);
+    assert.deepEqual(await recordedLit(page), [0, 21], "all frames have one light");
+    const child = await app.generation(next);
+    // Larger than before, then smaller: nothing is left of the larger one.
+    for (const wheel of [-250, 500]) {
+      const patched = page.waitForResponse((it) => it.request().method() === "PATCH");
+      await app.id("centre").hover();
+      await page.mouse.wheel(0, wheel);
+      await patched;
+      await app.ready();
+    }
+    await allLit(page);
+    // Cells of the surface are read back some frames after a drag.
+    await page.waitForTimeout(500);
+    const [shown, wanted] = await bothPictures(app, child, 6, base);
+    await shot("9-smaller");
+    assert.equal(await strayed(page, shown, wanted), 0, "pixels beside the object are lit");
+    await app.id("details-toggle").click();
+    const [png] = await Promise.all([
+      page.waitForRequest((it) => it.url().includes("/render.png?size=1024x")),
+      page.waitForEvent("download"),
+      page
+        .getByText("Export", { exact: true })
+        .click()
+        .then(() => app.id("export-png").click()),
+    ]);
+    const asked = new URL(png.url()).searchParams;
+    const { scene } = await app.api(`/v1/lineages/${child.lineage}`);
+    assert.equal(asked.get("scene"), scene);
+    assert.ok(Number(asked.get("light_deg")) > 0, `${png.url()} has the light of the screen`);
+    await app.id("details-toggle").click();
     await page.getByRole("button", { name: "Pause the light" }).click();
+    await noneLit(page);
   });
 
   await step(
     "shows the server's pictures when the context is lost, and draws again when it is restored",
     async () => {
+      await hold(app, "light", 30);
+      await allLit(page);
       await page.evaluate(() => {
         const gl = document.querySelector("canvas.live").getContext("webgl2");
         globalThis.lost = gl.getExtension("WEBGL_lose_context");
@@ -177,9 +326,9 @@ export async function live(app, step, shot, base) {
       });
       await noneLit(page);
       await page.evaluate(() => globalThis.lost.restoreContext());
-      await slide(app, "light", 200);
+      await hold(app, "light", 200);
       await allLit(page);
-      await slide(app, "light", 0);
+      await app.reshown(() => slide(app, "light", 10));
       await noneLit(page);
     },
   );

@@ -45,7 +45,7 @@ export async function materials(app, step, shot) {
   let text;
   await step("exports what is in the centre", async () => {
     await page.getByText("Export", { exact: true }).click();
-    text = await saved(page, () => page.getByRole("button", { name: /\.brood/ }).click());
+    text = await saved(page, () => page.getByRole("link", { name: /^\.brood/ }).click());
     assert.match(text, /^brood 1\n/);
     const glsl = await saved(page, () => page.getByRole("link", { name: /^GLSL ES 3.00/ }).click());
     assert.match(glsl, /vec3 evolved\(vec3 wi, vec3 wo/);

@@ -67,7 +67,7 @@ export async function target(app, step, shot, base) {
     await app.id("target-sending").getByRole("progressbar").waitFor();
     await shot("61-target-sending");
     await app.accessible("an upload");
-    await app.id("target-stop").click();
+    await app.id("target-sending-stop").click();
     await app.id("target-sending").waitFor({ state: "detached" });
     assert.equal(await page.locator("[data-testid=error][data-place=target]").count(), 0);
     await page.getByText("slow.csv").waitFor();

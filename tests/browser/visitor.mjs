@@ -61,11 +61,11 @@ export async function visitor(app, step, shot, base) {
     await page.getByRole("link", { name: /GLSL ES/ }).waitFor();
     await shot("25-visitor-exports");
     const glsl = await saved(page, () => page.getByRole("link", { name: /GLSL ES/ }).click());
-    assert.match(glsl.name, /\.glsl$/);
+    assert.match(glsl.name, /^untitled-1-[0-9a-f]{4}\.es300\.glsl$/);
     assert.match(glsl.text, /vec3 evolved\(vec3 wi, vec3 wo/);
     assert.equal(glsl.text.split("{").length, glsl.text.split("}").length, "the braces close");
-    const brood = await saved(page, () => page.getByRole("button", { name: /\.brood/ }).click());
-    assert.match(brood.name, /\.brood$/);
+    const brood = await saved(page, () => page.getByRole("link", { name: /^\.brood/ }).click());
+    assert.match(brood.name, /^untitled-1-[0-9a-f]{4}\.brood$/);
     assert.match(brood.text, /^brood 1\n/);
     assert.ok(brood.text.split("\n").length > 20, "the whole genome is there");
   });

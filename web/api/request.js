@@ -7,6 +7,35 @@
 import { askForToken } from "./token.js";
 import { wasStopped } from "./upload.js";
 
+/** Title of the problem that no answer came. */
+const UNREACHABLE = "The server cannot be reached";
+
+/** True if no answer came to a request. @param {Problem} problem */
+export const isUnreachable = ({ title, status }) => status === 0 && title === UNREACHABLE;
+
+/**
+ * True if a request failed because the server could not answer, and may succeed later.
+ * @param {Problem} problem
+ */
+export const isOutage = (problem) =>
+  isUnreachable(problem) || (problem.status >= 502 && problem.status <= 504);
+
+/** Resolves when the server answers again. */
+export async function whenReachable() {
+  for (;;) {
+    await pause(PROBE_MS);
+    try {
+      await fetch("/healthz");
+      return;
+    } catch {
+      // Not yet.
+    }
+  }
+}
+
+/** Time between questions whether the server answers again. */
+const PROBE_MS = 2000;
+
 /** Number of attempts of one request. */
 const TRIES = 5;
 
@@ -61,9 +90,9 @@ async function readProblem(response) {
 /**
  * @typedef {{json?: unknown, body?: Blob|FormData, type?: string, accept?: string, version?:
  *   number, asks?: boolean, settled?: boolean, send?: (path: string, init: RequestInit) =>
- *   Promise<Response>}} Options `version`: sent as If-Match; `asks`: false if a 401 must not ask
- *   for a token; `settled`: true if a 409 is final and not a reason to retry; `send`: replaces
- *   fetch.
+ *   Promise<Response>, signal?: AbortSignal}} Options `version`: sent as If-Match; `asks`: false if
+ *   a 401 must not ask for a token; `settled`: true if a 409 is final and not a reason to retry;
+ *   `send`: replaces fetch.
  */
 
 /**
@@ -93,6 +122,7 @@ async function sendRequest(method, path, options) {
         headers,
         body,
         credentials: "same-origin",
+        signal: options.signal,
         keepalive: method === "PATCH",
       });
     } catch (error) {
@@ -102,7 +132,7 @@ async function sendRequest(method, path, options) {
         continue;
       }
       throw new ProblemError({
-        title: "The server cannot be reached",
+        title: UNREACHABLE,
         status: 0,
         detail: "Nothing is lost; try again when it is back.",
       });
@@ -137,9 +167,10 @@ export async function request(method, path, options = {}) {
 /**
  * Reads something that is not JSON.
  * @param {string} path
- * @param {string} [accept]
+ * @param {{accept?: string, signal?: AbortSignal}} [options]
  */
-export const read = (path, accept = "*/*") => sendRequest("GET", path, { accept });
+export const read = (path, { accept = "*/*", signal } = {}) =>
+  sendRequest("GET", path, { accept, signal });
 
 /** @param {string} path */
 export const getText = async (path) => (await read(path)).text();

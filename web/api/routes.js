@@ -4,6 +4,8 @@
  *
  * @import { Comparison, Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage,
  *   Locks, MeshAnswer, Preset, Scene, SystemAnswer } from "../model.js"
+ *
+ * @typedef {ReturnType<typeof import("./upload.js").sendingBy>} Send replaces fetch
  */
 import { patch, read, readAll, request } from "./request.js";
 
@@ -82,7 +84,7 @@ export const breed = (lineageId, { parents, knobs, locks, count }) =>
 
 /** @param {string} hash */
 export const getGenomeText = async (hash) =>
-  (await read(`/v1/genomes/${hash}`, "text/x-brood")).text();
+  (await read(`/v1/genomes/${hash}`, { accept: "text/x-brood" })).text();
 
 /** @returns {Promise<Preset[]>} */
 export const listPresets = () => request("GET", "/v1/presets");
@@ -129,7 +131,7 @@ export const patchIndividual = (of, json) => patch(`/v1/individuals/${of.id}`, o
 /** @param {string} id @returns {Promise<Scene>} */
 export const getScene = (id) => request("GET", `/v1/scenes/${id}`);
 
-/** @param {Scene} scene @returns {Promise<Scene>} */
+/** @param {Partial<Scene>} scene what is absent has defaults @returns {Promise<Scene>} */
 export function createScene(scene) {
   const { id: _, ...json } = scene;
   return request("POST", "/v1/scenes", { json });
@@ -138,18 +140,19 @@ export function createScene(scene) {
 /** @param {string} id @returns {Promise<import("../model.js").MeshAnswer>} */
 export const getMesh = (id) => request("GET", `/v1/meshes/${id}`);
 
-/** @param {Blob} file @returns {Promise<MeshAnswer>} */
-export const createMesh = (file) =>
-  request("POST", "/v1/meshes", { body: file, type: "model/obj" });
+/** @param {Blob} file @param {Send} send @returns {Promise<MeshAnswer>} */
+export const createMesh = (file, send) =>
+  request("POST", "/v1/meshes", { body: file, type: "model/obj", send });
 
-/** @param {File} file @returns {Promise<{id: string}>} */
-export const createProfile = (file) =>
-  request("POST", "/v1/profiles", { body: file, type: "application/x-ies" });
+/** @param {File} file @param {Send} send @returns {Promise<{id: string}>} */
+export const createProfile = (file, send) =>
+  request("POST", "/v1/profiles", { body: file, type: "application/x-ies", send });
 
-/** @param {File} file @returns {Promise<{id: string}>} */
-export const createEnvironment = (file) =>
+/** @param {File} file @param {Send} send @returns {Promise<{id: string}>} */
+export const createEnvironment = (file, send) =>
   request("POST", "/v1/environments", {
     body: file,
+    send,
     type: /\.exr$/i.test(file.name) ? "image/x-exr" : "image/vnd.radiance",
   });
 

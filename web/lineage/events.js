@@ -3,6 +3,7 @@
  */
 import { eventStream } from "../api/event_stream.js";
 import { eventsUrl } from "../api/routes.js";
+import { clearOutages } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
 import { pictureAvailable, retryFailed } from "./pictures.js";
 
@@ -49,6 +50,7 @@ export function listenToLineage(lineage, listener) {
     // After the first connection too: something may have changed since the lineage was read.
     opened: (missed) => {
       pageStore.connectionLost.value = false;
+      clearOutages();
       retryFailed();
       void listener.resync(missed);
     },

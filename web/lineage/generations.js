@@ -11,7 +11,7 @@ import { guarded } from "../page/problem.js";
 import * as route from "../page/route.js";
 import { redoTarget, step, undoTarget } from "./history.js";
 import { storeGenerations } from "./individuals.js";
-import { clearReady } from "./pictures.js";
+import { clearReady, forgetPictures } from "./pictures.js";
 import { lineageStore } from "./store.js";
 
 /**
@@ -67,12 +67,21 @@ export async function show(id, how) {
   if (!isNewest()) return;
   clearReady();
   batch(() => {
+    forgetPictures(picturesOf(id));
     lineageStore.trail.value = step(lineageStore.trail.value, lineageStore.shownId.value, id, how);
     lineageStore.shownId.value = id;
     lineageStore.mate.value = null;
   });
   saveSetting(`trail.${of.id}`, lineageStore.trail.value, "sessionStorage");
   route.write(of.id, id);
+}
+
+/** Addresses of a generation's pictures. @param {string} id */
+function picturesOf(id) {
+  const of = lineageStore.generations.value.get(id);
+  return [...(of?.individuals ?? []), ...(of?.centre ? [of.centre] : [])].map(
+    ({ thumbnail }) => thumbnail,
+  );
 }
 
 /** Id of the generation that undo would show. */

@@ -2,7 +2,7 @@
  * Locks: parts of the parent that children keep. Instructions and constants are named by position,
  * which stays from parent to child, so locks stay while generations change.
  *
- * @import { Channel, Generation, Locks } from "../model.js"
+ * @import { Channel, Generation, Genome, Locks } from "../model.js"
  */
 import { pageStore } from "../page/store.js";
 import { lineageStore, noLocks } from "./store.js";
@@ -90,6 +90,25 @@ export function toggleChannel(channel) {
 export function unlockAll() {
   lineageStore.locks.value = noLocks();
   announceLocks();
+}
+
+/**
+ * Why the next brood would be identical children, in words; empty where it would not be.
+ * @param {{mutation: number, hasMate: boolean, locks: Locks, genome: Genome|null}} of `genome`: of
+ *   the centre, null where unknown
+ */
+export function onlyTwinsInWords({ mutation, hasMate, locks, genome }) {
+  if (locks.channels.length === CHANNELS.length)
+    return "All channels are locked: children would be identical. Unlock one.";
+  const layers = genome?.layers ?? [];
+  const isKept = (/** @type {number} */ at) =>
+    locks.layers.includes(at) ||
+    layers[at].parameters.every(({ name }) => hasParameter(locks, at, name));
+  if (genome?.instructions === 0 && layers.length > 0 && layers.every((_, at) => isKept(at)))
+    return "Everything is locked: children would be identical. Unlock a parameter.";
+  if (mutation === 0 && !hasMate)
+    return "Mutation 0 gives 20 identical children: raise it or mark a mate.";
+  return "";
 }
 
 /**

@@ -50,6 +50,9 @@ function openNewest() {
   return newest ? open(newest.id, null) : create("Untitled 1");
 }
 
+/** Scene of a new lineage: an object with curves, a flat, a groove and a base. */
+const FIRST_SCENE = { mesh: "ball" };
+
 /** Breeds the first brood of an empty lineage at random. @param {string} id */
 const beginAtRandom = (id) => breedNext(id, []);
 
@@ -59,7 +62,8 @@ const beginAtRandom = (id) => breedNext(id, []);
  *   Promise<void>}} [how] `begin`: makes the first generation in place of a random brood
  */
 export async function create(name, { dialect, saturation = DEFAULT_SATURATION, begin } = {}) {
-  const scene = begin && sceneStore.scene.value?.id;
+  const shown = begin && sceneStore.scene.value?.id;
+  const scene = shown ?? (await api.createScene(FIRST_SCENE)).id;
   const made = await api.createLineage({ name, thumbnail_px: 256, saturation, dialect, scene });
   lineageStore.lineages.value = [...lineageStore.lineages.value, made];
   await open(made.id, null, begin);

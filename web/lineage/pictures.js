@@ -9,8 +9,10 @@ import { sceneStore } from "../scene/store.js";
 import { twinsInWords } from "./locks.js";
 import { lineageStore } from "./store.js";
 
-/** Number of automatic retries of a picture. */
+/** Number of retries after which a picture counts as failed. */
 const RETRIES = 6;
+/** Delay between the retries of a failed picture. */
+const SLOW_MS = 30_000;
 
 /** Timers of the next retry, by address. @type {Map<string, ReturnType<typeof setTimeout>>} */
 const timers = new Map();
@@ -31,7 +33,8 @@ export function clearReady() {
 
 /** @param {string} url */
 export function pictureLoaded(url) {
-  forgetTimer(url);
+  // Another image of the same address has failed.
+  if (timers.has(url)) return retryPicture(url);
   if (!lineageStore.loadedPictures.value.has(url))
     lineageStore.loadedPictures.value = new Set(lineageStore.loadedPictures.value).add(url);
   if (lineageStore.failedPictures.value.has(url))
@@ -39,18 +42,22 @@ export function pictureLoaded(url) {
   checkReady();
 }
 
-/** @param {string} url */
+/**
+ * Requests a picture again after a while, and less often once it counts as failed.
+ * @param {string} url
+ * @returns {boolean} true if it counts as failed
+ */
 export function pictureFailed(url) {
-  if (timers.has(url)) return;
+  if (timers.has(url)) return false;
   const tried = lineageStore.pictureRetries.value.get(url) ?? 0;
-  if (tried >= RETRIES) {
-    lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
-    return;
-  }
+  const failed = tried >= RETRIES;
+  if (failed) lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
+  const delay = failed ? SLOW_MS : 500 * 2 ** Math.min(tried, 4);
   timers.set(
     url,
-    setTimeout(() => retryPicture(url), 500 * 2 ** Math.min(tried, 4)),
+    setTimeout(() => retryPicture(url), delay),
   );
+  return failed;
 }
 
 /** Requests a picture again. @param {string} url */
@@ -74,7 +81,25 @@ export function pictureAvailable(url) {
 
 /** Requests all failed pictures again, after the connection was restored. */
 export function retryFailed() {
-  for (const url of [...lineageStore.failedPictures.value, ...timers.keys()]) retryPicture(url);
+  for (const url of new Set([...lineageStore.failedPictures.value, ...timers.keys()]))
+    retryPicture(url);
+}
+
+/**
+ * Forgets the state of pictures that are neither on the page nor in a generation about to be shown.
+ * @param {string[]} next addresses of that generation's pictures
+ */
+export function forgetPictures(next) {
+  const kept = new Set(next);
+  for (const image of document.querySelectorAll("img")) {
+    const url = image.getAttribute("src");
+    if (url) kept.add(url);
+  }
+  const { loadedPictures, failedPictures, pictureRetries } = lineageStore;
+  loadedPictures.value = new Set([...loadedPictures.value].filter((url) => kept.has(url)));
+  failedPictures.value = new Set([...failedPictures.value].filter((url) => kept.has(url)));
+  pictureRetries.value = new Map([...pictureRetries.value].filter(([url]) => kept.has(url)));
+  for (const url of timers.keys()) if (!kept.has(url)) forgetTimer(url);
 }
 
 /** @param {string} url */

@@ -24,7 +24,7 @@ import {
 } from "./camera.js";
 import { layOut, observePixels, openContext } from "./canvas.js";
 import { dropGeometry, loadGeometry, meshPath } from "./geometry.js";
-import { lightAt, savedChoice, setLightMoving } from "./light_circle.js";
+import { lightAt, startLight } from "./light_circle.js";
 import { readLitCells, updateLitCells } from "./lit_cells.js";
 import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
 import { MaterialCache } from "./material_cache.js";
@@ -59,6 +59,8 @@ let loading = "";
 let drawnKey = "";
 let litKey = "";
 let meteredKey = "";
+/** Id of the last generation that was drawn live. */
+let liveGeneration = "";
 /** True if an animation frame is requested. */
 let requested = false;
 /** Delay before a failed request is repeated. */
@@ -68,15 +70,18 @@ let makingMaterials = false;
 const resolution = new AdaptiveResolution();
 const cache = new MaterialCache(schedule);
 
-/**
- * True if the server's pictures do not suffice: the light is elsewhere, or light or object are
- * dragged.
- */
-const isNeeded = () =>
+/** True while light or object move, so that the server's pictures do not suffice. */
+const isMoving = () =>
   liveStore.lightMoving.value ||
-  liveStore.restAngle.value !== 0 ||
   sceneStore.draggedPose.value !== null ||
   sceneStore.draggedScene.value !== null;
+
+/** True while the light is elsewhere than in the server's pictures, or of another strength. */
+const isLightMoved = () => liveStore.lightMoving.value || sceneStore.draggedScene.value !== null;
+
+/** True while pictures of frames that are drawn live are being replaced. */
+const isReplaced = () =>
+  lineageStore.readyId.value === null && liveGeneration === lineageStore.generation.value?.id;
 
 /** Draws in the next animation frame. */
 export function schedule() {
@@ -123,11 +128,7 @@ function openOnce() {
   liveStore.supported.value = context !== null;
   if (!context) return;
   const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-  const begin = () => {
-    // The user may have placed the light meanwhile.
-    if (liveStore.restAngle.value !== 0 || liveStore.lightMoving.value) return;
-    if (savedChoice() ?? !(still || context?.software)) setLightMoving(true, false);
-  };
+  const begin = () => startLight(!(still || context?.software));
   if (context.software) return begin();
   // Before the first drawing, which could delay the display's frames.
   void displayInterval().then((interval) => {
@@ -206,6 +207,12 @@ const CELLS = ["centre", ...Array(FRAMES).keys()];
 /** True if an individual can be drawn live. @param {Individual|null} of */
 const isLiveDrawn = (of) => of !== null && liveStore.sceneDrawable.value;
 
+/** True if a frame's material is drawn live or will be. @param {{cell: Cell}} frame */
+function mayBeDrawn({ cell }) {
+  const of = individualSeenIn(cell);
+  return of !== null && isLiveDrawn(of) && !cache.isRefused(of);
+}
+
 /** True if an individual is shown by the server's pictures only. @param {Individual|null} of */
 export const isServerDrawn = (of) => of !== null && !liveStore.sceneDrawable.value;
 
@@ -220,10 +227,10 @@ function publishLight(scene, extent, degrees) {
   const of = individualSeenIn("centre");
   // The dot has to be where the picture below it has the light.
   const pictured =
-    of && !liveStore.liveCells.value.has("centre") && !isLiveDrawn(of)
-      ? (liveStore.still.value?.degrees ?? 0)
+    of && !liveStore.liveCells.value.has("centre")
+      ? (liveStore.still.value?.degrees ?? sceneStore.scene.value?.light_deg ?? 0)
       : degrees;
-  const [light] = lightsOf(scene, extent, pose, (scene.light_deg ?? 0) + pictured);
+  const [light] = lightsOf(scene, extent, pose, pictured);
   const direction = light ? directionSeen(light, viewOf(scene.camera, extent, pose)) : null;
   liveStore.drawnLight.value = { degrees, direction };
 }
@@ -251,17 +258,16 @@ function frame(now) {
   requested = false;
   const scene = sceneStore.editedScene.value;
   const gl = context?.gl;
-  if (!gl || gl.isContextLost() || !scene || !lineageStore.generation.value || !isNeeded()) {
+  const generation = lineageStore.generation.value;
+  if (!gl || gl.isContextLost() || !scene || !generation || !(isMoving() || isReplaced())) {
     resolution.pause();
     liveStore.still.value = null;
+    liveGeneration = "";
     return showLive(new Set());
   }
   const degrees = lightAt(now);
   // A new brood's own pictures come first.
-  if (
-    !lineageStore.breeding.value &&
-    lineageStore.readyId.value === lineageStore.generation.value.id
-  )
+  if (!lineageStore.breeding.value && lineageStore.readyId.value === generation.id)
     followLight(degrees, liveStore.lightMoving.value);
   if (!CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
     return followOnServer(scene, degrees);
@@ -278,7 +284,6 @@ function frame(now) {
   if (!prepared) return showLive(new Set());
   const { layout, pens, dark, meter, metering, small, large } = prepared;
   const { geometry } = object;
-  const base = scene.light_deg ?? 0;
   const pose = sceneStore.draggedPose.value ?? { rotation: rotationOf(scene), scale: scene.scale };
   const view = viewOf(scene.camera, geometry.extent, pose);
   const tangents = scene.tangents ?? "vertex";
@@ -291,14 +296,16 @@ function frame(now) {
   }
   /** @param {number} at */
   const lightsAt = (at) => {
-    const there = lightsOf(scene, geometry.extent, pose, base + at).slice(0, LIGHTS);
+    const there = lightsOf(scene, geometry.extent, pose, at).slice(0, LIGHTS);
     return there.length > 0 ? there : [DARK];
   };
   const lights = lightsAt(degrees);
   const lit = JSON.stringify(lights.map((light) => light.place));
   const strength = strengthOf(lights);
+  // Not the dragged angle, which would cause a measurement of each material at every step.
+  const base = sceneStore.scene.value?.light_deg ?? 0;
   const all = Array.from({ length: METER_ANGLES }, (_, k) =>
-    normalizedLights(lightsAt((360 * k) / METER_ANGLES), strength),
+    normalizedLights(lightsAt(base + (360 * k) / METER_ANGLES), strength),
   ).flat();
   if (lit !== litKey) {
     if (litKey === "") lightSurface(gl, pens, metering, all);
@@ -337,6 +344,12 @@ function frame(now) {
     const material = of && cache.drawable(of);
     return material ? [{ ...square, material }] : [];
   });
+  // All frames have one light: none is drawn under a moved light before all can be.
+  if (isLightMoved() && materials.length < layout.squares.filter(mayBeDrawn).length) {
+    showLive(new Set());
+    publishLight(scene, geometry.extent, degrees);
+    return schedule();
+  }
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
   gl.clearColor(0, 0, 0, 0);
@@ -352,6 +365,7 @@ function frame(now) {
   }
   const cells = new Set(materials.map(({ cell }) => cell));
   showLive(cells);
+  liveGeneration = generation.id;
   publishLight(scene, geometry.extent, degrees);
   if (makingMaterials || learning || liveStore.lightMoving.value) schedule();
 }
@@ -368,8 +382,8 @@ export function watchLive() {
       sceneStore.editedScene.value,
       sceneStore.draggedScene.value,
       sceneStore.draggedPose.value,
+      lineageStore.readyId.value,
       liveStore.lightMoving.value,
-      liveStore.restAngle.value,
       liveStore.supported.value,
       pageStore.clippingShown.value,
       compareStore.pinned.value,

@@ -39,6 +39,12 @@ export class MaterialCache {
     return material?.drawable ? material : null;
   }
 
+  /** True if the server or the driver refused the material. @param {Individual} of */
+  isRefused(of) {
+    const entry = this.#entries.get(of.hash);
+    return entry !== undefined && (entry.failed || entry.material?.state === "refused");
+  }
+
   /**
    * Prepares wanted materials in order, few at a time, so that the page stays responsive.
    * @param {WebGL2RenderingContext} gl

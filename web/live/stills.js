@@ -3,6 +3,7 @@
  * in steps; each step waits for the pictures of the last one, so that neither server nor page falls
  * behind.
  */
+import { sceneStore } from "../scene/store.js";
 import { liveStore } from "./store.js";
 
 /**
@@ -12,7 +13,7 @@ const PLACES = 24;
 
 /**
  * @typedef {{degrees: number, sharp: boolean}} Still
- *   Angle of the light from its place in the scene; `sharp` where the light rests there.
+ *   Angle of the light as a scene's `light_deg`; `sharp` where the light rests there.
  */
 
 /**
@@ -20,11 +21,12 @@ const PLACES = 24;
  * @param {Still|null} now
  * @param {number} degrees
  * @param {boolean} moves
+ * @param {number} own angle of the confirmed scene
  * @returns {Still|null}
  */
-export function nextStill(now, degrees, moves) {
+export function nextStill(now, degrees, moves, own) {
   const place = moves ? (Math.round((degrees * PLACES) / 360) * 360) / PLACES : degrees;
-  if (place % 360 === 0) return null;
+  if ((place - own) % 360 === 0) return null;
   const sharp = !moves && now?.degrees === place;
   return now?.degrees === place && now.sharp === sharp ? now : { degrees: place, sharp };
 }
@@ -41,6 +43,7 @@ export function followLight(degrees, moves) {
   const awaited = /** @type {NodeListOf<HTMLImageElement>} */ (
     document.querySelectorAll("img.still")
   );
-  if ([...awaited].every(isThere))
-    liveStore.still.value = nextStill(liveStore.still.peek(), degrees, moves);
+  if (![...awaited].every(isThere)) return;
+  const own = sceneStore.scene.peek()?.light_deg ?? 0;
+  liveStore.still.value = nextStill(liveStore.still.peek(), degrees, moves, own);
 }

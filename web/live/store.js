@@ -23,13 +23,7 @@ class LiveStore {
   /** Degrees a second. @type {Signal<number>} */
   lightSpeed = signal(loadSetting("light-speed", SPEED));
   /**
-   * Degrees from the light's place in the scene at which it rests; while it moves, where it was set
-   * last.
-   * @type {Signal<number>}
-   */
-  restAngle = signal(0);
-  /**
-   * Light of the server's pictures that follow it; null while it is at its place in the scene.
+   * Light of the server's pictures that follow it; null while it is the confirmed scene's.
    * @type {Signal<Still|null>}
    */
   still = signal(null);

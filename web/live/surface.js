@@ -337,7 +337,8 @@ function draw(gl, pen, { geometry, tangents }, view) {
 }
 
 /**
- * Draws the object: fills `layers`, `mask`, `seen` and `found`.
+ * Draws the object: fills `layers`, `mask`, `seen` and `found`, and clears the light, which is
+ * drawn within the object's polygon only.
  * @param {WebGL2RenderingContext} gl
  * @param {SurfacePrograms} pens
  * @param {Surface} into
@@ -388,6 +389,8 @@ export function drawSurface(gl, pens, into, mesh, view) {
   gl.uniform3fv(uniformLocation(gl, pens.found, "forward"), view.forward);
   gl.uniform1i(uniformLocation(gl, pens.found, "parallel"), view.parallel ? 1 : 0);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
+  gl.clear(gl.COLOR_BUFFER_BIT);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 }
 

@@ -61,3 +61,11 @@ export function albedoInWords(of) {
     parts.push("above 1 the material reflects more light than it receives");
   return `${parts.join("; ")}.`;
 }
+
+/** @param {number} bytes */
+export const bytesInWords = (bytes) =>
+  bytes < 1024
+    ? `${bytes} bytes`
+    : bytes < 2 ** 20
+      ? `${(bytes / 1024).toFixed(0)} KiB`
+      : `${(bytes / 2 ** 20).toFixed(1)} MiB`;

@@ -3,7 +3,7 @@
  *
  * @import { Place, ShownProblem } from "../model.js"
  */
-import { problemOf } from "../api/request.js";
+import { isOutage, isUnreachable, problemOf, whenReachable } from "../api/request.js";
 import { pageStore } from "./store.js";
 
 /**
@@ -12,6 +12,18 @@ import { pageStore } from "./store.js";
  */
 export function showProblem(place, problem) {
   pageStore.problems.value = { ...pageStore.problems.value, [place]: problem };
+  if (isUnreachable(problem.problem)) void waitForServer();
+}
+
+/** True while the page asks whether the server answers again. */
+let asking = false;
+
+async function waitForServer() {
+  if (asking) return;
+  asking = true;
+  await whenReachable();
+  asking = false;
+  clearOutages();
 }
 
 /** @param {Place[]} places */
@@ -20,6 +32,13 @@ export function clearProblems(...places) {
   const next = { ...pageStore.problems.value };
   for (const place of places) delete next[place];
   pageStore.problems.value = next;
+}
+
+/** Removes problems of an outage, because the server answers again. */
+export function clearOutages() {
+  const shown = Object.entries(pageStore.problems.value);
+  const places = shown.flatMap(([place, of]) => (of && isOutage(of.problem) ? [place] : []));
+  clearProblems(.../** @type {Place[]} */ (places));
 }
 
 /**

@@ -2,7 +2,7 @@
  * Store of the page as a whole: open panes and dialogs, the focused frame, messages, display
  * switches. Independent of lineages, scenes and searches.
  *
- * @import { Cell, Place, Problem, ShownProblem, SystemAnswer } from "../model.js"
+ * @import { Cell, Download, Place, Problem, ShownProblem, SystemAnswer } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
  */
 import { signal } from "../vendor/signals-core.js";
@@ -19,6 +19,8 @@ class PageStore {
   problems = signal({});
   /** Text of the live region for screen readers. @type {Signal<string>} */
   announcement = signal("");
+  /** Running downloads by the name of their file. @type {Signal<Map<string, Download>>} */
+  downloads = signal(new Map());
   /** True while a file is dragged over the window. @type {Signal<boolean>} */
   fileDragged = signal(false);
   /** The frame that the Tab key reaches. @type {Signal<Cell>} */

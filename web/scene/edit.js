@@ -16,9 +16,10 @@ import { pageStore } from "../page/store.js";
 import { extentOf } from "./extents.js";
 import { LIGHT_KINDS } from "./light_kind.js";
 import { sceneStore } from "./store.js";
+import { stopUpload, uploadFile } from "./upload.js";
 
 /** Meshes that the server generates. */
-export const BUILT_IN = ["sphere", "torus", "cube", "knob"];
+export const BUILT_IN = ["ball", "sphere", "torus", "cube", "knob"];
 
 /** Largest OBJ file that the server accepts. */
 const OBJ_BYTES = 32 * 1024 * 1024;
@@ -136,12 +137,18 @@ async function lightsOn(lights, from, to) {
   );
 }
 
+/** Number of choices of an object so far; an older choice that comes late is dropped. */
+let objectChoices = 0;
+
 /** Shows another object, unturned and at its own size. @param {string} mesh */
 export async function chooseObject(mesh) {
+  stopUpload("object");
+  const mine = ++objectChoices;
   const present = sceneStore.editedScene.value;
   if (!present || mesh === present.mesh) return;
   await guarded("object", async () => {
     const lights = await lightsOn(present.lights ?? [], present.mesh, mesh);
+    if (mine !== objectChoices) return;
     await changeScene("object", () => ({
       mesh,
       rotation_deg: [0, 0, 0],
@@ -174,8 +181,10 @@ const setLight = (kind, more) =>
   });
 
 /** @param {import("../model.js").LightKind} kind one that needs no file */
-export const chooseLight = (kind) =>
-  setLight(kind, kind === "ambient" ? { samples: SKY_SAMPLES } : {});
+export function chooseLight(kind) {
+  stopUpload("light");
+  return setLight(kind, kind === "ambient" ? { samples: SKY_SAMPLES } : {});
+}
 
 /**
  * Uploads an IES profile or an environment picture, and lights the object with it.
@@ -186,13 +195,22 @@ export function lightByFile(kind, file) {
   clearProblems("light");
   pageStore.announcement.value = `Reading ${file.name}.`;
   return guarded("light", async () => {
-    const { id } = await FILES[kind](file);
+    const stored = await uploadFile("light", file, FILES[kind]);
+    if (!stored) return;
+    const { id } = stored;
     await setLight(kind, kind === "ies" ? { profile: id } : { image: id, samples: SKY_SAMPLES });
   });
 }
 
 /** @param {boolean} shadows */
 export const setShadows = (shadows) => changeScene("light", () => ({ shadows }));
+
+/**
+ * Changes a convention of the scene, in which renderers differ.
+ * @param {"normals"|"tangents"|"sphere_pole"} name
+ * @param {string} value
+ */
+export const setConvention = (name, value) => changeScene("object", () => ({ [name]: value }));
 
 /** @param {import("../model.js").Tone} tone */
 export const setTone = (tone) =>
@@ -221,7 +239,8 @@ export async function uploadObj(file) {
   }
   pageStore.announcement.value = `Reading ${file.name}.`;
   await guarded("object", async () => {
-    const answer = await api.createMesh(file);
+    const answer = await uploadFile("object", file, api.createMesh);
+    if (!answer) return;
     sceneStore.meshes.value = [
       ...sceneStore.meshes.value.filter((one) => one.answer.id !== answer.id),
       { name: file.name, answer },

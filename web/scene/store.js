@@ -2,7 +2,7 @@
  * Store of the scene that the open lineage is seen in, with changes that the server has not
  * confirmed yet. Does no requests and no drawing.
  *
- * @import { DraggedPose, Scene, UploadedMesh } from "../model.js"
+ * @import { DraggedPose, Place, Scene, Upload, UploadedMesh } from "../model.js"
  * @import { Extent } from "../live/camera.js"
  * @import { Signal } from "../vendor/signals-core.js"
  * @import { LightSetting } from "./light_color.js"
@@ -23,6 +23,8 @@ class SceneStore {
   draggedPose = signal(null);
   /** Meshes uploaded from this browser. @type {Signal<UploadedMesh[]>} */
   meshes = signal([]);
+  /** Running uploads by the place that chose them. @type {Signal<Map<Place, Upload>>} */
+  uploads = signal(new Map());
   /** Bounding spheres read so far, by mesh. @type {Signal<Map<string, Extent>>} */
   extents = signal(new Map());
   /** Colour and strength of the light while they are dragged. @type {Signal<LightSetting|null>} */

@@ -11,7 +11,6 @@ import { lineageStore } from "../lineage/store.js";
 import { liveStore } from "../live/store.js";
 import { pageStore } from "../page/store.js";
 import { changeScene } from "../scene/edit.js";
-import { sceneStore } from "../scene/store.js";
 import {
   besideTargetUrl, getTarget, inViewUrl, listJobsOf, targetUrl, targetViewUrl,
 } from "./routes.js";
@@ -49,10 +48,7 @@ const QUICK_PX = 256;
 export function centreUrl(size) {
   const at = compareStore.targetInCentre.value ? liveStore.still.value : null;
   return at
-    ? targetPictureUrl(
-        at.sharp ? size : Math.min(size, QUICK_PX),
-        (sceneStore.scene.value?.light_deg ?? 0) + at.degrees,
-      )
+    ? targetPictureUrl(at.sharp ? size : Math.min(size, QUICK_PX), at.degrees)
     : targetPictureUrl(size, null);
 }
 

@@ -1,7 +1,7 @@
 /**
  * Searches and targets in words: states, budgets, times, kinds of files.
  *
- * @import { Budget, JobState, Target, TargetKind } from "../model.js"
+ * @import { Budget, Found, JobState, Target, TargetKind } from "../model.js"
  */
 import { amount } from "../page/format.js";
 
@@ -112,13 +112,16 @@ export const errorInWords = (of) =>
       : amount(of)
     : "–";
 
-/** @param {number} bytes */
-export const sizeInWords = (bytes) =>
-  bytes < 1024
-    ? `${bytes} bytes`
-    : bytes < 2 ** 20
-      ? `${(bytes / 1024).toFixed(0)} KiB`
-      : `${(bytes / 2 ** 20).toFixed(1)} MiB`;
+/**
+ * Why the best result is not the one with the least held-out error, in words; empty where it is.
+ * @param {Found[]} front the best first
+ */
+export function choiceInWords(front) {
+  const [best, ...others] = front;
+  const lower = others.filter(({ e_log }) => e_log < best.e_log).length;
+  if (lower === 0) return "";
+  return `The best is chosen by its error on fitted samples, because held-out samples only check the choice: ${lower === 1 ? "one other result has" : `${lower} other results have`} a lower held-out error.`;
+}
 
 /** Name of a target for people. @param {Target} of */
 export const nameOfTarget = (of) =>

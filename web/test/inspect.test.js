@@ -2,7 +2,9 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { channelsKeeping, constantsKept, listingOf, readConstants } from "../lineage/listing.js";
-import { anyLocked, locksInWords, toggled, twinsInWords } from "../lineage/locks.js";
+import {
+  anyLocked, locksInWords, onlyTwinsInWords, toggled, twinsInWords,
+} from "../lineage/locks.js";
 import { axisFor, pathOf, peakOf, pointAt, radiusOf, valuesOf } from "../lineage/polar.js";
 import { noLocks } from "../lineage/store.js";
 import { albedoInWords, amount, decade, reflectsInWords } from "../page/format.js";
@@ -216,4 +218,19 @@ test("the largest albedo is described with its error bound and the energy limit"
   const free = { ...energy, max_albedo: 12.34, limited: false };
   assert.equal(reflectsInWords(free), "12");
   assert.match(albedoInWords(free), /more light than it receives/);
+});
+
+test("a brood of identical children is known before it is bred", () => {
+  const free = { mutation: 0.3, hasMate: false, locks: noLocks(), genome: null };
+  assert.equal(onlyTwinsInWords(free), "");
+  assert.match(onlyTwinsInWords({ ...free, mutation: 0 }), /^Mutation 0 gives 20 identical/);
+  assert.equal(onlyTwinsInWords({ ...free, mutation: 0, hasMate: true }), "");
+  const channels = locks({ channels: ["r", "g", "b"] });
+  assert.match(onlyTwinsInWords({ ...free, locks: channels }), /^All channels are locked/);
+  const metal = { model: "ward", parameters: [{ name: "alpha_x", value: [1] }] };
+  const genome = { instructions: 0, machine: "", layers: [metal, metal] };
+  const half = locks({ layers: [0] });
+  assert.equal(onlyTwinsInWords({ ...free, locks: half, genome }), "");
+  const whole = locks({ layers: [0], parameters: [{ layer: 1, name: "alpha_x" }] });
+  assert.match(onlyTwinsInWords({ ...free, locks: whole, genome }), /^Everything is locked/);
 });

@@ -114,19 +114,21 @@ test("a parameter is kept by its model and by all its channels", () => {
 });
 
 test("stills follow a moving light in steps, and are sharp where it rests", () => {
-  assert.equal(nextStill(null, 0, true), null);
-  assert.equal(nextStill(null, 7, true), null);
-  assert.equal(nextStill(null, 356, true), null);
-  assert.equal(nextStill(null, 360, false), null);
-  const moving = nextStill(null, 8, true);
+  assert.equal(nextStill(null, 0, true, 0), null);
+  assert.equal(nextStill(null, 7, true, 0), null);
+  assert.equal(nextStill(null, 356, true, 0), null);
+  assert.equal(nextStill(null, 360, false, 0), null);
+  const moving = nextStill(null, 8, true, 0);
   assert.deepEqual(moving, { degrees: 15, sharp: false });
-  assert.equal(nextStill(moving, 17, true), moving);
-  const rested = nextStill(moving, 22.4, false);
+  assert.equal(nextStill(moving, 17, true, 0), moving);
+  const rested = nextStill(moving, 22.4, false, 0);
   assert.deepEqual(rested, { degrees: 22.4, sharp: false });
-  const whole = nextStill(rested, 22.4, false);
+  const whole = nextStill(rested, 22.4, false, 0);
   assert.deepEqual(whole, { degrees: 22.4, sharp: true });
-  assert.equal(nextStill(whole, 22.4, false), whole);
-  assert.deepEqual(nextStill(whole, 30, true), { degrees: 30, sharp: false });
+  assert.equal(nextStill(whole, 22.4, false, 0), whole);
+  assert.deepEqual(nextStill(whole, 30, true, 0), { degrees: 30, sharp: false });
+  assert.deepEqual(nextStill(null, 0, true, 40), { degrees: 0, sharp: false });
+  assert.equal(nextStill(null, 400, false, 40), null);
 });
 
 test("models fit every lineage, programs only those of the same machine", () => {

@@ -1,6 +1,7 @@
 /** Searches: forms, logs, charts, and states in words. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { bytesInWords } from "../page/format.js";
 import {
   axisOfErrors, axisOfLengths, byOperations, courseOf, leadersOf, nearestTo, stepOn,
 } from "../search/chart.js";
@@ -8,8 +9,8 @@ import { dialectMismatch, requestOf } from "../search/draft.js";
 import { mergeLines, progressLine, thinLines } from "../search/log.js";
 import { BLANK } from "../search/store.js";
 import {
-  budgetInWords, canBe, counted, duration, errorInWords, hasEnded, kindOf, reasonInWords,
-  sizeInWords,
+  budgetInWords, canBe, choiceInWords, counted, duration, errorInWords, hasEnded, kindOf,
+  reasonInWords,
 } from "../search/words.js";
 
 const TARGET = /** @type {any} */ ({ id: "t-1", name: "gold" });
@@ -255,7 +256,16 @@ test("durations, budgets, errors and sizes are written in words", () => {
     "–",
   ]);
   assert.equal(counted(2, "find"), "2 finds");
-  assert.deepEqual([500, 104000, 33e6].map(sizeInWords), ["500 bytes", "102 KiB", "31.5 MiB"]);
+  assert.deepEqual([500, 104000, 33e6].map(bytesInWords), ["500 bytes", "102 KiB", "31.5 MiB"]);
   assert.match(reasonInWords("worker_lost"), /worker/);
   assert.equal(reasonInWords("the target is gone"), "the target is gone");
+});
+
+test("the best result is explained where another has a lower held-out error", () => {
+  const front = (/** @type {number[]} */ ...errors) =>
+    /** @type {any[]} */ (errors.map((e_log) => ({ e_log })));
+  assert.equal(choiceInWords(front(0.1)), "");
+  assert.equal(choiceInWords(front(0.1, 0.2, 0.3)), "");
+  assert.match(choiceInWords(front(0.2, 0.1, 0.3)), /one other result has a lower held-out error/);
+  assert.match(choiceInWords(front(0.3, 0.1, 0.2)), /2 other results have/);
 });

@@ -9,7 +9,7 @@ import { Knobs } from "./knobs.js";
 import { Details } from "./lineage/details.js";
 import { Inspector } from "./lineage/inspector.js";
 import { Lineages } from "./lineage/lineages.js";
-import { LockSign } from "./lineage/locks.js";
+import { LockSign, TwinsWarning } from "./lineage/locks.js";
 import { Presets } from "./lineage/presets.js";
 import { Strip } from "./lineage/strip.js";
 import { ProblemBox } from "./problem.js";
@@ -31,7 +31,7 @@ export function App() {
       <main class="stage" aria-label="Brood">
         <div class="field"><${Frames} /></div>
         <${ProblemBox} place="stage" />
-        <${LockSign} />
+        <${LockSign} /><${TwinsWarning} />
         <${Hint} />
         <${Mating} />
       </main>

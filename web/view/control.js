@@ -96,7 +96,3 @@ export const Fact = ({ name, value, title }) => html`<div title=${title}><dt>${n
 
 /** Text of a field. @param {Event} event */
 export const typed = (event) => /** @type {HTMLInputElement} */ (event.target).value;
-
-/** Hides a picture that fails to load. @param {Event} event */
-export const hideBroken = (event) =>
-  /** @type {HTMLImageElement} */ (event.target).style.setProperty("visibility", "hidden");

@@ -24,6 +24,7 @@ import { html } from "./html.js";
 import { PLACES, keyOnFrames } from "./keys.js";
 import { LightDot } from "./light.js";
 import { mark } from "./marks.js";
+import { ServerPicture } from "./picture.js";
 import { TargetFlip, TargetInCentre } from "./search/active_target.js";
 import { viewStore } from "./store.js";
 
@@ -112,7 +113,7 @@ function Other({ of }) {
   const best = lit ?? (large && lineageStore.loadedPictures.value.has(large) ? large : url);
   return html`
     <div class=${compareStore.flipped.value ? "other" : "other unflipped"} data-testid="other">
-      <img key=${url} src=${url} alt="" draggable=${false} onLoad=${() => pictureLoaded(url)} />
+      <${ServerPicture} url=${url} />
       ${large && html`<${Large} url=${large} />`}
       ${lit && html`<${Still} key=${`${of.id} ${sceneId}`} url=${lit} />`}
       ${compareStore.flipped.value && html`<${Marks} url=${best} />`}
@@ -131,7 +132,7 @@ function stillUrl(of, centre) {
   const { scene: sceneId, thumbnail_px: px = 256 } = lineageStore.lineage.value ?? {};
   if (!at || !sceneId || lineageStore.readyId.value !== lineageStore.shownId.value || !isServerDrawn(of)) return null;
   const whole = centre ? Math.max(px, viewStore.centre_px.value) : px;
-  return pictureUrl(of.id, sceneId, at.sharp ? whole : centre ? px : px / 2, (sceneStore.scene.value?.light_deg ?? 0) + at.degrees);
+  return pictureUrl(of.id, sceneId, at.sharp ? whole : centre ? px : px / 2, at.degrees);
 }
 
 /** Lets the light move on to its next step. @param {string} url */

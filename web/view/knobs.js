@@ -7,8 +7,9 @@ import { saveSaturation, setEnergyLimit } from "../lineage/breed.js";
 import { lineageStore } from "../lineage/store.js";
 import { clearProblems } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
-import { BUILT_IN, chooseObject, setExposure, setTone } from "../scene/edit.js";
+import { BUILT_IN, chooseObject, setConvention, setExposure, setTone } from "../scene/edit.js";
 import { sceneStore } from "../scene/store.js";
+import { stopUpload } from "../scene/upload.js";
 import { Choice, Slider, Switch } from "./control.js";
 import { openFiles } from "./file_drop.js";
 import { html } from "./html.js";
@@ -16,6 +17,7 @@ import { LightKnobs } from "./light.js";
 import { Locks } from "./lineage/locks.js";
 import { ProblemBox } from "./problem.js";
 import { viewStore } from "./store.js";
+import { UploadProgress } from "./upload.js";
 
 /** @param {"mutation"|"recombination"|"saturation"} key @param {number} value */
 function turn(key, value) {
@@ -80,6 +82,42 @@ async function objectChosen(event) {
   select.value = sceneStore.editedScene.value?.mesh ?? select.value;
 }
 
+/**
+ * Conventions in which renderers differ, with the scene's default first.
+ * @type {{field: "normals"|"tangents"|"sphere_pole", name: string, options: {value: string, name:
+ *   string, title: string}[]}[]}
+ */
+const CONVENTIONS = [
+  { field: "normals", name: "Normals", options: [
+    { value: "curved", name: "curved", title: "Normals describe a curved surface: no shadow borders along triangles" },
+    { value: "plain", name: "plain", title: "Shadow rays start on the flat triangles, as in Mitsuba" },
+  ] },
+  { field: "tangents", name: "Tangents", options: [
+    { value: "vertex", name: "per vertex", title: "Interpolated between vertices" },
+    { value: "triangle", name: "per triangle", title: "One direction of growing u for each triangle, as in Mitsuba" },
+  ] },
+  { field: "sphere_pole", name: "Poles of the texture", options: [
+    { value: "y", name: "y axis", title: "Above and below" },
+    { value: "z", name: "z axis", title: "In front and behind, as in Mitsuba" },
+  ] },
+];
+
+/** How the object's surface is interpolated and textured. */
+function Conventions() {
+  const scene = sceneStore.editedScene.value;
+  if (!scene) return null;
+  const shown = CONVENTIONS.filter(({ field }) => field !== "sphere_pole" || scene.mesh === "sphere");
+  return html`
+    <details class="facts" data-testid="conventions">
+      <summary>Conventions</summary>
+      ${shown.map(({ field, name, options }) => html`
+        <div class="convention" key=${field}><span class="small" aria-hidden="true">${name}</span>
+          <${Choice} id=${field} name=${name} value=${scene[field] ?? options[0].value} options=${options} onInput=${(/** @type {string} */ to) => setConvention(field, to)} /></div>
+      `)}
+    </details>
+  `;
+}
+
 function ObjectChooser() {
   const present = sceneStore.editedScene.value?.mesh ?? "sphere";
   const uploaded = sceneStore.meshes.value.map((one) => ({ id: one.answer.id, name: one.name }));
@@ -98,8 +136,10 @@ function ObjectChooser() {
           <span>Open or drop an OBJ</span>
         </label>
       </div>
+      <${UploadProgress} id="object-sending" now=${sceneStore.uploads.value.get("object")} stop=${() => stopUpload("object")} />
       <${ProblemBox} place="object" />
       <${MeshFacts} />
+      <${Conventions} />
     </section>
   `;
 }

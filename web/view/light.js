@@ -5,7 +5,7 @@
  */
 import { effect } from "../vendor/signals-core.js";
 import { individualSeenIn } from "../compare/ab.js";
-import { restLightAt, setLightMoving } from "../live/light_circle.js";
+import { commitAngle, dragAngle, restAngle, setLightMoving } from "../live/light_circle.js";
 import { isServerDrawn } from "../live/loop.js";
 import { liveStore } from "../live/store.js";
 import { chooseLight, lightByFile, setShadows } from "../scene/edit.js";
@@ -13,9 +13,11 @@ import { NEUTRAL } from "../scene/light_color.js";
 import { commitLight, dragLight } from "../scene/light_controls.js";
 import { LIGHT_KINDS } from "../scene/light_kind.js";
 import { sceneStore } from "../scene/store.js";
+import { stopUpload } from "../scene/upload.js";
 import { Colour, Slider, Switch } from "./control.js";
 import { html } from "./html.js";
 import { ProblemBox } from "./problem.js";
+import { UploadProgress } from "./upload.js";
 
 /** Range of the intensity in stops; a scene may exceed it. */
 const EV_LIMIT = 4;
@@ -75,17 +77,23 @@ export function LightDot() {
 
 /** Angle and speed of the light, which live frames follow. */
 function Circle() {
-  if (liveStore.supported.value === false) return html`<p class="small">Live preview is not available: WebGL 2 is missing or its pixels cannot be read. The light stays still.</p>`;
   const on = liveStore.lightMoving.value;
+  const rest = restAngle();
   return html`
-    <div class="row">
-      <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${liveStore.supported.value === null} onClick=${() => setLightMoving(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
-    </div>
-    <${Slider} id="light" name="Angle" value=${liveStore.restAngle.value} min=${0} max=${360} step=${1} shown=${on ? "moving" : `${Math.round(liveStore.restAngle.value)}°`} dim=${on}
-      onInput=${(/** @type {number} */ to) => restLightAt(to)} />
-    <${Slider} id="light-speed" name="Speed" value=${liveStore.lightSpeed.value} min=${5} max=${180} step=${5} shown=${`${liveStore.lightSpeed.value}°/s`}
-      onInput=${(/** @type {number} */ to) => (liveStore.lightSpeed.value = to)} />
-    ${!liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs plain point lights. Showing server renders.</p>`}
+    ${liveStore.supported.value === false
+      ? html`<p class="small">Live preview is not available: WebGL 2 is missing or its pixels cannot be read. The light cannot circle.</p>`
+      : html`
+        <div class="row">
+          <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${liveStore.supported.value === null} onClick=${() => setLightMoving(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
+        </div>
+      `}
+    <${Slider} id="light" name="Angle" value=${rest} min=${0} max=${360} step=${1} shown=${on ? "moving" : `${Math.round(rest)}°`} dim=${on} disabled=${!sceneStore.scene.value}
+      onInput=${dragAngle} onCommit=${commitAngle} />
+    ${liveStore.supported.value !== false && html`
+      <${Slider} id="light-speed" name="Speed" value=${liveStore.lightSpeed.value} min=${5} max=${180} step=${5} shown=${`${liveStore.lightSpeed.value}°/s`}
+        onInput=${(/** @type {number} */ to) => (liveStore.lightSpeed.value = to)} />
+    `}
+    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs point lights, curved normals, no shadows and no tone curve. Showing server renders.</p>`}
   `;
 }
 
@@ -124,6 +132,7 @@ function Kind() {
         </label>
       `)}
     </div>
+    <${UploadProgress} id="light-sending" now=${sceneStore.uploads.value.get("light")} stop=${() => stopUpload("light")} />
     ${others > 0 && html`<p class="small">${others} more ${others === 1 ? "light stays" : "lights stay"} as the scene has ${others === 1 ? "it" : "them"}.</p>`}
   `;
 }

@@ -23,6 +23,11 @@ class ViewStore {
   hiding = signal(null);
   /** Kind of random individuals in a new lineage. @type {Signal<"programs"|"models">} */
   startKind = signal("programs");
+  /**
+   * Columns of the history that are drawn, counted from the oldest generation.
+   * @type {Signal<{from: number, to: number}>}
+   */
+  stripColumns = signal({ from: 0, to: 40 });
   /** Effect of a click on a preset. @type {Signal<"begin"|"cross">} */
   presetUse = signal("begin");
   /**

@@ -3,7 +3,8 @@
  *
  * @import { Individual } from "../../model.js"
  */
-import { pictureUrl } from "../../api/routes.js";
+import { problemOf } from "../../api/request.js";
+import { getIndividual, pictureUrl } from "../../api/routes.js";
 import { flip, pin, pinPasted, unpin } from "../../compare/ab.js";
 import { openComparison } from "../../compare/comparison.js";
 import { compareStore } from "../../compare/store.js";
@@ -13,18 +14,27 @@ import { madeBy } from "../../page/format.js";
 import { showProblem } from "../../page/problem.js";
 import { Switch } from "../control.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 
 const SIDE_PX = 256;
 
-const showLostB = () => showProblem("compare", { problem: { title: "B cannot be drawn", status: 404, detail: "This server does not have B any more; Unpin removes it." } });
+/** Shows why B has no picture, if the server no longer has B. @param {Individual} b */
+async function checkB(b) {
+  try {
+    await getIndividual(b.id);
+  } catch (error) {
+    if (problemOf(error).status !== 404) return;
+    showProblem("compare", { problem: { title: "B cannot be drawn", status: 404, detail: "This server does not have B any more; Unpin removes it." } });
+  }
+}
 
 /** @param {{letter: "A"|"B", of: Individual, seen: boolean}} props */
 function Side({ letter, of, seen }) {
   const sceneId = lineageStore.lineage.value?.scene;
   return html`
     <figure class=${seen ? "side on" : "side"}>
-      ${sceneId && html`<img src=${pictureUrl(of.id, sceneId, SIDE_PX)} width=${SIDE_PX} height=${SIDE_PX} alt=${letter === "A" ? "A, the centre" : "B, the pinned individual"} onError=${letter === "B" ? showLostB : undefined} />`}
+      ${sceneId && html`<${ServerPicture} url=${pictureUrl(of.id, sceneId, SIDE_PX)} side=${SIDE_PX} alt=${letter === "A" ? "A, the centre" : "B, the pinned individual"} onFailed=${letter === "B" ? () => checkB(of) : undefined} />`}
       <figcaption>${letter}</figcaption>
     </figure>
   `;

@@ -14,6 +14,7 @@ import { lineageStore } from "../../lineage/store.js";
 import { amount } from "../../page/format.js";
 import { modal, shut } from "../dialog.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { Chart } from "./chart.js";
 
@@ -25,7 +26,7 @@ function Tile(of) {
   return html`
     <li key=${of.key}>
       <button type="button" class="tile" aria-pressed=${on} aria-label=${of.name} title=${of.name} data-testid=${`compare-${of.key}`} disabled=${!on && compareStore.chosen.value.length >= MOST} onClick=${() => toggle(of)}>
-        <img src=${of.picture} alt="" loading="lazy" />
+        <${ServerPicture} url=${of.picture} lazy />
       </button>
     </li>
   `;
@@ -39,7 +40,7 @@ const Tray = () => html`
   <ol class="tray" aria-label="Chosen">
     ${compareStore.chosen.value.map((of, order) => html`
       <li key=${of.key}>
-        <img src=${of.picture} alt="" /><span>${of.name}</span>
+        <${ServerPicture} url=${of.picture} /><span>${of.name}</span>
         ${compareStore.chosen.value.length > 1 && html`<button type="button" aria-pressed=${order === 0} aria-label=${`Use as reference: ${of.name}`} title="Compare the others with it, at its exposure" onClick=${() => setReference(of)}>${order === 0 ? "reference" : "Use as reference"}</button>`}
         <button type="button" aria-label=${`Leave out ${of.name}`} title="Leave out" onClick=${() => toggle(of)}>×</button>
       </li>
@@ -90,7 +91,7 @@ const number = (value, digits = 3) => (typeof value === "number" ? (Math.abs(val
 
 /** @param {{of: Found, names: string[]}} props */
 function Table({ of: { materials, exposure_ev, other_light_deg }, names }) {
-  const side = (/** @type {string} */ src, /** @type {string} */ alt) => html`<img src=${src} width="256" height="256" alt=${alt} />`;
+  const side = (/** @type {string} */ src, /** @type {string} */ alt) => html`<${ServerPicture} url=${src} side=${256} alt=${alt} />`;
   const shared = { of: materials };
   return html`
     <div class="scroller" role="region" tabindex="0" aria-label="Pictures and figures" data-testid="compared">

@@ -19,6 +19,7 @@ import { Compare, Pin } from "../compare/ab.js";
 import { Fact } from "../control.js";
 import { html } from "../html.js";
 import { isPlain } from "../keys.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { TargetSection } from "../search/active_target.js";
 import { Exports, listFormats } from "./exports.js";
@@ -101,7 +102,7 @@ function Centre() {
       ${layers && html`<${Layers} of=${layers} lockable=${true} />`}
       <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
       <button type="button" class="start" data-testid="search-from" title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>
-      <${Exports} of=${of} within=${within} place="centre" />
+      <${Exports} of=${of} name=${lineageStore.lineage.value?.name ?? ""} within=${within} place="centre" />
       <label class="note">Note
         <textarea rows="2" maxlength="10000" data-testid="note" defaultValue=${of.note} key=${of.id}
           onInput=${(/** @type {Event} */ event) => writeNote(of, /** @type {HTMLTextAreaElement} */ (event.target).value)} onChange=${saveNote}></textarea>
@@ -121,8 +122,12 @@ async function showFavourite(born, of) {
 const pinFavourite = (of, born) => pin(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
 
 /** @param {Individual} of @param {Generation} born */
-const keyB = (of, born) => (/** @type {KeyboardEvent} */ event) => {
+const inspectFavourite = (of, born) => openInspector(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
+
+/** @param {Individual} of @param {Generation} born */
+const keyOn = (of, born) => (/** @type {KeyboardEvent} */ event) => {
   if (isPlain(event, "b")) pinFavourite(of, born);
+  else if (isPlain(event, "i")) inspectFavourite(of, born);
 };
 
 function Favourites() {
@@ -133,9 +138,9 @@ function Favourites() {
       ${found.length === 0
         ? html`<p class="small">None yet. Mark one with the star on a frame, or F.</p>`
         : html`<ul class="gallery">${found.map(({ born, of }) => html`
-            <li key=${of.id} onKeyDown=${keyB(of, born)}><button type="button" aria-label=${`Favourite ${of.slot + 1} of generation ${born.index}`} title=${of.note || `generation ${born.index}`} onClick=${() => showFavourite(born, of)}>
-              <img src=${of.thumbnail} alt="" loading="lazy" />
-            </button><${Pin} name=${`favourite ${of.slot + 1} of generation ${born.index}`} onClick=${() => pinFavourite(of, born)} /></li>`)}</ul>`}
+            <li key=${of.id} onKeyDown=${keyOn(of, born)}><button type="button" aria-label=${`Favourite ${of.slot + 1} of generation ${born.index}`} title=${of.note || `generation ${born.index}`} onClick=${() => showFavourite(born, of)}>
+              <${ServerPicture} url=${of.thumbnail} lazy />
+            </button><button type="button" class="about" data-testid="favourite-inspect" tabindex="-1" aria-label=${`Inspect and export favourite ${of.slot + 1} of generation ${born.index}`} title="Inspect and export (I)" onClick=${() => inspectFavourite(of, born)}>i</button><${Pin} name=${`favourite ${of.slot + 1} of generation ${born.index}`} onClick=${() => pinFavourite(of, born)} /></li>`)}</ul>`}
     </section>
   `;
 }

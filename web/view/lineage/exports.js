@@ -6,10 +6,13 @@
 import * as api from "../../api/routes.js";
 import { lineageStore } from "../../lineage/store.js";
 import { meshPath } from "../../live/geometry.js";
+import { movingAngle } from "../../live/light_circle.js";
+import { fileName, slug } from "../../page/file_name.js";
 import { guarded } from "../../page/problem.js";
 import { SIDE_PX, requestedSize } from "../../page/size.js";
 import { sceneStore } from "../../scene/store.js";
 import { Switch, typed } from "../control.js";
+import { Download } from "../download.js";
 import { html } from "../html.js";
 import { viewStore } from "../store.js";
 
@@ -21,21 +24,16 @@ export function listFormats(place) {
   });
 }
 
-/** Saves the genome's text as a file. @param {Individual} of @param {Place} place */
-const saveText = (of, place) => guarded(place, async () => {
-  const text = await api.getGenomeText(of.hash);
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob([text], { type: "text/plain" }));
-  link.download = `${of.hash.slice(0, 12)}.brood`;
-  link.click();
-  // Some browsers read the address later.
-  setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-});
+/**
+ * What the exports are of: an individual, and the name of its lineage or search.
+ * @typedef {{of: Individual, name: string, place: Place}} Exported
+ */
 
-/** @param {{of: Individual}} props */
-const SourceCode = ({ of }) => html`
+/** @param {Exported} props */
+const SourceCode = ({ of, name, place }) => html`
   ${lineageStore.exportFormats.value.map((format) => html`
-    <li key=${format.name}><a download href=${`/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${viewStore.limitedExports.value}`} data-testid=${`export-${format.name}`}>${format.label}</a></li>
+    <li key=${format.name}><${Download} id=${`export-${format.name}`} text=${format.label} name=${fileName(name, of.hash, format.extension)} place=${place}
+      path=${() => `/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${viewStore.limitedExports.value}`} /></li>
   `)}
   <li><${Switch} id="export-limited" name="Energy-conserving code" on=${viewStore.limitedExports.value} title="Divides exported functions by their largest albedo where that is above 1 (energy limit). Off: as bright as on the screen." onInput=${(/** @type {boolean} */ on) => (viewStore.limitedExports.value = on)} /></li>
 `;
@@ -46,42 +44,60 @@ const SideOfPicture = ({ name }) => html`
     onInput=${(/** @type {Event} */ event) => (viewStore.exportSides.value = { ...viewStore.exportSides.value, [name]: typed(event) })} />
 `;
 
-/** Pictures of a chosen width and height. @param {{of: Individual}} props */
-function Pictures({ of }) {
+/** Scene and light of the screen, as parameters of a request. */
+function onScreen() {
+  const scene = lineageStore.lineage.value?.scene;
+  const light = movingAngle();
+  return `${scene ? `&scene=${scene}` : ""}${light === null ? "" : `&light_deg=${light}`}`;
+}
+
+/** Pictures of a chosen width and height. @param {Exported} props */
+function Pictures({ of, name, place }) {
   const size = requestedSize(viewStore.exportSides.value);
   return html`
     <li class="of-size"><${SideOfPicture} name="width" /> × <${SideOfPicture} name="height" /> pixels</li>
     ${size === null
       ? html`<li class="small" role="alert">Width and height must be ${SIDE_PX.min} to ${SIDE_PX.max} pixels.</li>`
-      : html`
-        <li><a download=${`${of.id}.png`} href=${`/v1/individuals/${of.id}/render.png?size=${size}`} data-testid="export-png">PNG of this size</a></li>
-        <li><a download=${`${of.id}.exr`} href=${`/v1/individuals/${of.id}/render.exr?size=${size}`} data-testid="export-exr">EXR of this size, linear</a></li>
-      `}
+      : [["png", "PNG of this size"], ["exr", "EXR of this size, linear"]].map(([format, text]) => html`
+        <li key=${format}><${Download} id=${`export-${format}`} text=${text} name=${fileName(name, of.hash, format)} place=${place}
+          path=${() => `/v1/individuals/${of.id}/render.${format}?size=${size}${onScreen()}`} /></li>
+      `)}
   `;
 }
 
-/** @param {{within: Generation}} props */
-const OfBrood = ({ within }) => html`
-  <li><a download=${`${within.id}.png`} href=${`/v1/generations/${within.id}/sheet.png`} data-testid="export-sheet">PNG of the brood</a></li>
-  <li><a download=${`${within.id}.apng`} href=${`/v1/generations/${within.id}/sheet.apng?size=96&frames=24`} data-testid="export-sheet-apng">Animated PNG of the brood</a></li>
+/** @param {{within: Generation, name: string, place: Place}} props */
+const OfBrood = ({ within, name, place }) => html`
+  <li><${Download} id="export-sheet" text="PNG of the brood" name=${fileName(name, within.id, "brood.png")} place=${place}
+    path=${() => `/v1/generations/${within.id}/sheet.png?${onScreen().slice(1)}`} /></li>
+  <li><${Download} id="export-sheet-apng" text="Animated PNG of the brood" name=${fileName(name, within.id, "brood.apng")} place=${place}
+    path=${() => `/v1/generations/${within.id}/sheet.apng?size=96&frames=24`} /></li>
 `;
+
+/** The shown object. @param {{place: Place}} props */
+function Mesh({ place }) {
+  const scene = sceneStore.scene.value;
+  if (!scene) return null;
+  const known = sceneStore.meshes.value.find((one) => one.answer.id === scene.mesh)?.name.replace(/\.obj$/i, "");
+  return html`<li><${Download} id="export-glb" text="Preview mesh with tangents (.glb)" name=${`${slug(known ?? scene.mesh)}.glb`} place=${place} path=${() => meshPath(scene, "mesh.glb")} /></li>`;
+}
 
 /**
  * Exports of an individual, and of its brood if that is given.
- * @param {{of: Individual, within?: Generation, place: Place}} props
+ * @param {Exported & {within?: Generation}} props
  */
-export function Exports({ of, within, place }) {
+export function Exports({ of, name, within, place }) {
+  const shared = { of, name, place };
   return html`
     <details class="exports" data-testid="exports">
       <summary>Export</summary>
       <ul>
-        <li><button type="button" class="link" data-testid="export-brood" onClick=${() => saveText(of, place)}>.brood, the genome as text</button></li>
-        <${SourceCode} of=${of} />
-        <li><a download=${`${of.id}.apng`} href=${`/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} data-testid="export-apng">Animated PNG, light orbit</a></li>
-        <li><a download=${`${of.id}-strip.png`} href=${`/v1/individuals/${of.id}/strip.png?size=128&frames=24`} data-testid="export-strip">PNG strip of 24 pictures</a></li>
-        <${Pictures} of=${of} />
-        ${sceneStore.scene.value && html`<li><a download href=${meshPath(sceneStore.scene.value, "mesh.glb")} data-testid="export-glb">Preview mesh with tangents (.glb)</a></li>`}
-        ${within && html`<${OfBrood} within=${within} />`}
+        <li><${Download} id="export-brood" text=".brood, the genome as text" name=${fileName(name, of.hash, "brood")} place=${place} path=${() => `/v1/genomes/${of.hash}`} accept="text/x-brood" /></li>
+        <${SourceCode} ...${shared} />
+        <li><${Download} id="export-apng" text="Animated PNG, light orbit" name=${fileName(name, of.hash, "apng")} place=${place} path=${() => `/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} /></li>
+        <li><${Download} id="export-strip" text="PNG strip of 24 pictures" name=${fileName(name, of.hash, "strip.png")} place=${place} path=${() => `/v1/individuals/${of.id}/strip.png?size=128&frames=24`} /></li>
+        <${Pictures} ...${shared} />
+        <${Mesh} place=${place} />
+        ${within && html`<${OfBrood} within=${within} name=${name} place=${place} />`}
       </ul>
     </details>
   `;

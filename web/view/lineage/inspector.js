@@ -12,7 +12,9 @@ import { showProblem } from "../../page/problem.js";
 import { Fact } from "../control.js";
 import { modal, shut } from "../dialog.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
+import { Exports, listFormats } from "./exports.js";
 import { Code } from "./listing.js";
 import { Polar } from "./polar.js";
 
@@ -66,7 +68,7 @@ const noSlice = () => showProblem("inspector", { problem: { title: "The image sl
 const Slice = ({ of }) => html`
   <figure class="slice" data-testid="slice">
     <span class="up">difference angle, 0 to 90°</span>
-    <img src=${sliceUrl(of.id, SLICE_PX)} width=${SLICE_PX} height=${SLICE_PX} alt="Image slice: half angle to the right, difference angle upward, both from 0 to 90 degrees" onError=${noSlice} />
+    <${ServerPicture} url=${sliceUrl(of.id, SLICE_PX)} side=${SLICE_PX} alt="Image slice: half angle to the right, difference angle upward, both from 0 to 90 degrees" onFailed=${(/** @type {boolean} */ often) => often && noSlice()} />
     <span class="right">half angle, 0 to 90°</span>
   </figure>
 `;
@@ -86,6 +88,7 @@ const Found = ({ of, found }) => html`
 export function Inspector() {
   if (!lineageStore.inspected.value) return null;
   const { of, name } = lineageStore.inspected.value;
+  listFormats("inspector");
   const found = lineageStore.inspections.value.get(of.hash);
   return html`
     <dialog class="inspector" data-testid="inspector" ref=${opened} aria-labelledby="inspector-title" onClose=${closeInspector}>
@@ -95,6 +98,7 @@ export function Inspector() {
         <button type="button" data-testid="inspector-close" onClick=${shut}>Close</button>
       </div>
       <${ProblemBox} place="inspector" />
+      <${Exports} of=${of} name=${lineageStore.lineage.value?.name ?? ""} place="inspector" />
       ${found ? html`<${Found} of=${of} found=${found} />` : html`<p class="small" role="status">The server is inspecting the genome …</p>`}
     </dialog>
   `;

@@ -7,12 +7,15 @@ import * as api from "../../api/routes.js";
 import { forgetToken } from "../../api/session.js";
 import { create, hide, open, rename } from "../../lineage/open.js";
 import { lineageStore } from "../../lineage/store.js";
+import { fileName } from "../../page/file_name.js";
 import { clearProblems, guarded, runExclusive } from "../../page/problem.js";
 import { pageStore } from "../../page/store.js";
-import { Choice, hideBroken } from "../control.js";
+import { Choice } from "../control.js";
 import { modal, shut } from "../dialog.js";
+import { Download } from "../download.js";
 import { openFiles } from "../file_drop.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { viewStore } from "../store.js";
 
@@ -49,7 +52,7 @@ const exclusively = (work) => () => void runExclusive("lineages", work);
 const selectName = (input) => input?.select();
 
 /** @param {{of: Lineage}} props */
-const Cover = ({ of }) => html`<span class="cover">${of.cover && html`<img key=${of.cover} src=${of.cover} alt="" loading="lazy" onError=${hideBroken} />`}</span>`;
+const Cover = ({ of }) => html`<span class="cover">${of.cover && html`<${ServerPicture} url=${of.cover} lazy />`}</span>`;
 
 /** @param {Lineage} of */
 function Row(of) {
@@ -87,7 +90,7 @@ function Row(of) {
       <button type="button" class=${now ? "grow on" : "grow"} aria-current=${now ? "true" : undefined} data-testid=${`lineage-open-${of.id}`} onClick=${exclusively(() => open(of.id, null))}>
         <span class="cut">${of.name}</span> <span class="small">${of.dialect.length === 0 && "models · "}${new Date(of.created_ms).toLocaleDateString()}</span>
       </button>
-      <a class="button" download href=${`/v1/lineages/${of.id}/file`} aria-label=${`Download ${of.name}`} data-testid=${`lineage-save-${of.id}`}>Download</a>
+      <${Download} button id=${`lineage-save-${of.id}`} text="Download" label=${`Download ${of.name}`} name=${fileName(of.name, of.id, "json")} place="lineages" path=${() => `/v1/lineages/${of.id}/file`} />
       <button type="button" aria-label=${`Rename ${of.name}`} onClick=${() => (viewStore.renaming.value = of.id)}>Rename</button>
       <button type="button" aria-label=${`Hide ${of.name}`} onClick=${() => (viewStore.hiding.value = of.id)}>Hide</button>
     </div></li>

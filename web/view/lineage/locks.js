@@ -5,7 +5,7 @@
  * @import { Channel } from "../../model.js"
  */
 import {
-  CHANNELS, CHANNEL_WORDS, anyLocked, locksInWords, toggleChannel, unlockAll,
+  CHANNELS, CHANNEL_WORDS, anyLocked, locksInWords, onlyTwinsInWords, toggleChannel, unlockAll,
 } from "../../lineage/locks.js";
 import { lineageStore } from "../../lineage/store.js";
 import { pageStore } from "../../page/store.js";
@@ -60,6 +60,15 @@ function showLocks() {
   pageStore.knobsOpen.value = true;
   // After the pane has been drawn.
   requestAnimationFrame(() => document.getElementById("locks")?.scrollIntoView({ block: "nearest" }));
+}
+
+/** Warning that the next brood would be twins of the centre, before it is bred. */
+export function TwinsWarning() {
+  const { mutation } = lineageStore.knobs.value;
+  const of = lineageStore.centre.value;
+  const genome = of ? (lineageStore.genomes.value.get(of.hash) ?? null) : null;
+  const words = onlyTwinsInWords({ mutation, hasMate: lineageStore.mate.value !== null, locks: lineageStore.locks.value, genome });
+  return words && html`<p class="lock-sign warning" role="status" data-testid="twins-warning">${words}</p>`;
 }
 
 /** Sign under the frames that explains why children resemble their parent. */

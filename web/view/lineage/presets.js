@@ -10,6 +10,7 @@ import { pageStore } from "../../page/store.js";
 import { Choice } from "../control.js";
 import { modal, shut } from "../dialog.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { viewStore } from "../store.js";
 
@@ -46,7 +47,7 @@ const choose = (preset) => runExclusive("presets", () => (viewStore.presetUse.va
 const Tile = (preset) => html`
   <li key=${preset.name}>
     <button type="button" data-testid=${`preset-${preset.name}`} disabled=${misfit(preset) !== ""} title=${misfit(preset)} onClick=${() => choose(preset)}>
-      <img src=${`/web/presets/${preset.name}.png`} alt="" width="96" height="96" loading="lazy" />
+      <${ServerPicture} url=${`/web/presets/${preset.name}.png`} side=${96} lazy />
       <strong>${preset.title}</strong>
       <span class="small">${preset.words}</span>
     </button>

@@ -3,6 +3,7 @@
  *
  * @import { Generation } from "../../model.js"
  */
+import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
 import { visit } from "../../lineage/generations.js";
 import { ancestry, links } from "../../lineage/history.js";
@@ -11,6 +12,8 @@ import { centreOf, lineageStore } from "../../lineage/store.js";
 import { Pin } from "../compare/ab.js";
 import { html } from "../html.js";
 import { isPlain } from "../keys.js";
+import { ServerPicture } from "../picture.js";
+import { viewStore } from "../store.js";
 
 /** Distance of two pictures, their side, and height of the arcs in CSS pixels, as in stage.css. */
 const STEP = 72;
@@ -30,19 +33,43 @@ function Link({ from, to, onPath }) {
   return html`<path class=${onPath ? "on" : ""} d=${path} />`;
 }
 
+/** Columns that are drawn beyond each end of the visible part, and steps in which they change. */
+const MARGIN = 12;
+const GRAIN = 6;
+
 /** @type {string|null} */
 let scrolledTo = null;
 
-/** Scrolls to the shown generation, once. @param {HTMLElement|null} element */
-function scrollToOnce(element) {
-  const id = element?.dataset.generation ?? null;
-  if (!element || id === scrolledTo) return;
-  scrolledTo = id;
-  const strip = element.closest(".strip");
-  if (!strip) return;
-  const [stop, whole] = [element.getBoundingClientRect(), strip.getBoundingClientRect()];
-  strip.scrollBy({ left: stop.left + stop.width / 2 - (whole.left + whole.width / 2) });
+/** Pixels from one column to the next. @param {HTMLElement} strip */
+const stepOf = (strip) => STEP * (Number(getComputedStyle(strip).getPropertyValue("--scale")) || 1);
+
+/** Draws the columns around the visible part. @param {HTMLElement} strip */
+function followScroll(strip) {
+  const step = stepOf(strip);
+  const from = Math.floor(strip.scrollLeft / step / GRAIN) * GRAIN - MARGIN;
+  const to = Math.ceil((strip.scrollLeft + strip.clientWidth) / step / GRAIN) * GRAIN + MARGIN;
+  const known = viewStore.stripColumns.peek();
+  if (known.from !== from || known.to !== to) viewStore.stripColumns.value = { from, to };
 }
+
+/** Scrolls the strip to the shown generation, once. */
+function scrollToShown() {
+  const strip = /** @type {HTMLElement|null} */ (document.querySelector(".strip"));
+  const id = lineageStore.shownId.peek();
+  if (!strip || id === scrolledTo) return;
+  const column = lineageStore.descent.peek().inOrder.findIndex((one) => one.id === id);
+  if (column < 0) return;
+  scrolledTo = id;
+  const step = stepOf(strip);
+  strip.scrollTo({ left: (column + SIDE / STEP / 2) * step - strip.clientWidth / 2 });
+  followScroll(strip);
+}
+
+/** Follows the shown generation, once the strip has its length. */
+export const watchStrip = () => effect(() => {
+  void [lineageStore.shownId.value, lineageStore.descent.value];
+  requestAnimationFrame(scrollToShown);
+});
 
 /** Scrolls the strip sideways by a vertical wheel. @param {WheelEvent} event */
 function scrollSideways(event) {
@@ -52,35 +79,38 @@ function scrollSideways(event) {
   strip.scrollBy({ left: event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1), behavior: "instant" });
 }
 
-/** @param {{of: Generation, column: number, onPath: boolean}} props */
-function Stop({ of, column, onPath }) {
+/** @param {{of: Generation, column: number, count: number, onPath: boolean}} props */
+function Stop({ of, column, count, onPath }) {
   const now = of.id === lineageStore.shownId.value;
   const standing = centreOf(of);
   const picture = standing?.thumbnail;
   const compare = () => standing && pin(standing, `The centre of generation ${of.index}`);
   return html`
-    <li style=${{ left: scaled(column * STEP) }} onKeyDown=${(/** @type {KeyboardEvent} */ event) => isPlain(event, "b") && compare()}>
-      <button type="button" ref=${now ? scrollToOnce : undefined} data-generation=${of.id} data-testid=${`history-${of.index}`} class=${onPath ? "stop on" : "stop"}
+    <li style=${{ left: scaled(column * STEP) }} aria-setsize=${count} aria-posinset=${column + 1} onKeyDown=${(/** @type {KeyboardEvent} */ event) => isPlain(event, "b") && compare()}>
+      <button type="button" data-generation=${of.id} data-testid=${`history-${of.index}`} class=${onPath ? "stop on" : "stop"}
         aria-label=${`Generation ${of.index}`} aria-current=${now ? "true" : undefined} title=${[`generation ${of.index}`, standing && modelsInWords(modelsOf(standing))].filter(Boolean).join(": ")} onClick=${() => visit(of.id)}>
-        ${picture && html`<img src=${picture} alt="" loading="lazy" draggable=${false} />`}
+        ${picture && html`<${ServerPicture} url=${picture} lazy />`}
       </button>
       ${standing && html`<${Pin} name=${`generation ${of.index}`} onClick=${compare} />`}
     </li>
   `;
 }
 
+/** The strip; draws only what is near its visible part, because a history may be long. */
 export function Strip() {
   const descent = lineageStore.descent.value;
   const all = descent.inOrder;
   const path = ancestry(descent.parents, lineageStore.shownId.value);
   const width = Math.max(0, all.length * STEP - (STEP - SIDE));
+  const { from, to } = viewStore.stripColumns.value;
+  const first = Math.max(0, from);
   return html`
-    <nav class="strip" aria-label="History" data-testid="history" onWheel=${scrollSideways}>
+    <nav class="strip" aria-label="History" data-testid="history" onWheel=${scrollSideways} onScroll=${(/** @type {Event} */ event) => followScroll(/** @type {HTMLElement} */ (event.currentTarget))}>
       <div class="track" style=${{ width: scaled(width) }}>
         <svg aria-hidden="true" viewBox=${`0 0 ${width} ${SIDE + ARC}`} style=${{ width: scaled(width), height: scaled(SIDE + ARC) }}>
-          ${links(descent, path).map((link) => html`<${Link} key=${link.id} ...${link} />`)}
+          ${links(descent, path).filter((link) => link.to >= from && link.from <= to).map((link) => html`<${Link} key=${link.id} ...${link} />`)}
         </svg>
-        <ol>${all.map((of, column) => html`<${Stop} key=${of.id} of=${of} column=${column} onPath=${path.has(of.id)} />`)}</ol>
+        <ol>${all.slice(first, to + 1).map((of, order) => html`<${Stop} key=${of.id} of=${of} column=${first + order} count=${all.length} onPath=${path.has(of.id)} />`)}</ol>
       </div>
     </nav>
   `;

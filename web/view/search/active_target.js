@@ -11,6 +11,7 @@ import { searchStore } from "../../search/store.js";
 import { nameOfView } from "../../search/views.js";
 import { nameOfTarget } from "../../search/words.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 
 const SIDE_PX = 256;
@@ -42,7 +43,7 @@ export function TargetFlip() {
 /** @param {{url: string|null, alt: string, name: string, seen: boolean}} props */
 const Side = ({ url, alt, name, seen }) => html`
   <figure class=${seen ? "side on" : "side"}>
-    ${url && html`<img src=${url} width=${SIDE_PX} height=${SIDE_PX} alt=${alt} />`}
+    ${url && html`<${ServerPicture} url=${url} side=${SIDE_PX} alt=${alt} />`}
     <figcaption>${name}</figcaption>
   </figure>
 `;

@@ -7,8 +7,8 @@ import { changeState } from "../../search/job.js";
 import { searchStore } from "../../search/store.js";
 import { searchAgain } from "../../search/target.js";
 import {
-  budgetInWords, canBe, counted, duration, errorInWords, hasEnded, kindInWords, nameOfTarget,
-  reasonInWords, stateInWords,
+  budgetInWords, canBe, choiceInWords, counted, duration, errorInWords, hasEnded, kindInWords,
+  nameOfTarget, reasonInWords, stateInWords,
 } from "../../search/words.js";
 import { Fact } from "../control.js";
 import { html } from "../html.js";
@@ -116,13 +116,13 @@ function scrollToOnce(row) {
 const Table = ({ of }) => html`
   <div class="scroller" role="region" tabindex="0" aria-label="Front as a table">
     <table class="finds" data-testid="front-table">
-      <thead><tr><th scope="col">error</th><th scope="col">fitted</th><th scope="col">operations</th><th scope="col">free parameters</th></tr></thead>
+      <thead><tr><th scope="col" title="E log on samples that the search has not seen">held out</th><th scope="col" title="E log on training and validation samples">fitted</th><th scope="col">operations</th><th scope="col">free parameters</th></tr></thead>
       <tbody>
         ${of.map((one) => {
           const on = one.individual === searchStore.chosenResult.value?.individual;
           return html`
             <tr key=${one.individual} ref=${on ? scrollToOnce : undefined} data-find=${one.individual} class=${on ? "on" : ""} onClick=${() => pick(one)}>
-              <td><button type="button" aria-pressed=${on} aria-label=${`Choose the result of error ${errorInWords(one.e_log)}`} onClick=${() => pick(one)}>${errorInWords(one.e_log)}</button></td>
+              <td>${one === of[0] && html`<span class="tag">best</span> `}<button type="button" aria-pressed=${on} aria-label=${`Choose the result of error ${errorInWords(one.e_log)}${one === of[0] ? ", the best" : ""}`} onClick=${() => pick(one)}>${errorInWords(one.e_log)}</button></td>
               <td>${errorInWords(one.e_log_fitted)}</td><td>${one.operations.toLocaleString("en")}</td><td>${one.numbers.toLocaleString("en")}</td>
             </tr>
           `;
@@ -145,7 +145,8 @@ function Front({ of }) {
     <figure class="chart" data-testid="search-front">
       <h3 title="Held out: samples that the search has not seen">E log, held out, against length</h3>
       ${searchStore.front.value.length > 1
-        ? html`<${FrontChart} of=${searchStore.front.value} chosen=${searchStore.chosenResult.value} onPick=${pick} /><${Table} of=${searchStore.front.value} />`
+        ? html`<${FrontChart} of=${searchStore.front.value} chosen=${searchStore.chosenResult.value} onPick=${pick} /><${Table} of=${searchStore.front.value} />
+          <p class="small" data-testid="front-choice">${choiceInWords(searchStore.front.value)}</p>`
         : html`<p class="small hollow">${frontPlaceholder(of)}</p>`}
     </figure>
   `;

@@ -8,6 +8,7 @@ import { searchStore } from "../../search/store.js";
 import { counted, duration, nameOfTarget } from "../../search/words.js";
 import { Choice, Switch, typed } from "../control.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { What } from "./target.js";
 
@@ -74,7 +75,7 @@ function Where() {
     <div class="entry" role="group" aria-label="Start from">
       <span>start from</span>
       ${start
-        ? html`<span class="begin"><img src=${start.of.thumbnail} alt="" /><span>${start.name}</span><button type="button" data-testid="search-start-clear" aria-label="Start from scratch" title="Start from scratch" onClick=${() => updateDraft({ start: null })}>×</button></span>
+        ? html`<span class="begin"><${ServerPicture} url=${start.of.thumbnail} /><span>${start.name}</span><button type="button" data-testid="search-start-clear" aria-label="Start from scratch" title="Start from scratch" onClick=${() => updateDraft({ start: null })}>×</button></span>
             ${unfit && html`<span class=${isBred ? "small" : "small warning"}>${isBred ? "Searched by genetic programming, in the same dialect" : `The server may refuse it: ${unfit}`}.</span>`}`
         : html`<span class="begin"><span>scratch</span>${centre && html`<button type="button" data-testid="search-start-centre" onClick=${() => updateDraft({ start: centre })}>Take the centre</button>`}</span>`}
     </div>

@@ -10,9 +10,9 @@ import { ALL, NEW, searchStore } from "../../search/store.js";
 import {
   budgetInWords, duration, errorInWords, hasEnded, stateInWords,
 } from "../../search/words.js";
-import { hideBroken } from "../control.js";
 import { modal, shut } from "../dialog.js";
 import { html } from "../html.js";
+import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { JobTitle, JobView } from "./job.js";
 import { NewSearch } from "./new.js";
@@ -48,7 +48,7 @@ function Row(of) {
   return html`
     <li key=${of.id}>
       <a class="job" data-testid=${`job-${of.id}`} href=${route.format(lineageStore.lineage.value?.id ?? null, lineageStore.shownId.value, of.id)}>
-        <span class="cover">${of.best?.thumbnail && html`<img key=${of.best.thumbnail} src=${of.best.thumbnail} alt="" loading="lazy" onError=${hideBroken} />`}</span>
+        <span class="cover">${of.best?.thumbnail && html`<${ServerPicture} url=${of.best.thumbnail} lazy />`}</span>
         <span class="who"><span class="cut">${of.name}</span><span class="small">${of.strategy}</span></span>
         <span class=${`state ${of.state}`}>${stateInWords(of.state)}</span>
         <span class="far">${hasEnded(of) ? "" : html`<progress max="1" value=${of.progress} aria-hidden="true"></progress>`}<span class="small">${progressInWords(of)}</span></span>

@@ -3,15 +3,17 @@
  *
  * @import { Target } from "../../model.js"
  */
+import { bytesInWords } from "../../page/format.js";
 import { pageStore } from "../../page/store.js";
 import { searchStore } from "../../search/store.js";
 import {
   addTargetFiles, chooseTarget, readAs, readFile, readTargets, removeTarget, restoreSetAside,
   stopSending,
 } from "../../search/target.js";
-import { KINDS, counted, kindInWords, nameOfTarget, sizeInWords } from "../../search/words.js";
+import { KINDS, counted, kindInWords, nameOfTarget } from "../../search/words.js";
 import { html } from "../html.js";
 import { ProblemBox } from "../problem.js";
+import { UploadProgress } from "../upload.js";
 import { Understood } from "./understood.js";
 import { PICTURES, Pictures, filesChosen, isShownAtField } from "./views.js";
 
@@ -36,7 +38,7 @@ function Drop() {
   return html`
     <label class=${`well ${pageStore.fileDragged.value ? "over" : ""} ${file ? "taken" : ""}`}>
       <input type="file" multiple accept=${ACCEPTED} data-testid="target-file" aria-label="Choose a file of measurements, or pictures of a known scene" onChange=${fileChosen} />
-      <span>${several ? html`<strong>${views.length} pictures</strong>` : file ? html`<strong>${file.name}</strong> <span class="small">${sizeInWords(file.size)}</span>` : html`<strong>Drop a file here</strong>, or choose one`}</span>
+      <span>${several ? html`<strong>${views.length} pictures</strong>` : file ? html`<strong>${file.name}</strong> <span class="small">${bytesInWords(file.size)}</span>` : html`<strong>Drop a file here</strong>, or choose one`}</span>
       <span class="small">${next()}</span>
     </label>
   `;
@@ -54,20 +56,6 @@ function Kind() {
       </select>
       ${kind === "" && html`<span class="small">The file's name does not show its kind.</span>`}
     </label>
-  `;
-}
-
-/** Progress of the upload, and a button that stops it. */
-function Sending() {
-  const now = searchStore.upload.value;
-  if (!now) return null;
-  const sent = now.sent >= now.whole;
-  return html`
-    <div class="sending" data-testid="target-sending">
-      <progress max="1" value=${sent ? undefined : now.sent / now.whole} aria-label=${sent ? "The server is reading it" : "Upload"}></progress>
-      <span class="small">${sent ? "The server is reading it …" : `${sizeInWords(now.sent)} of ${sizeInWords(now.whole)} sent`}</span>
-      <button type="button" data-testid="target-stop" onClick=${stopSending}>Cancel</button>
-    </div>
   `;
 }
 
@@ -109,7 +97,7 @@ export function What() {
       <${Kind} />
       ${file && kind === "image" && html`<${Pictures} />`}
       ${file && kind !== "image" && kind !== "" && !target && !searchStore.upload.value && html`<button type="button" class="start" data-testid="target-again" onClick=${readFile}>Read it</button>`}
-      <${Sending} />
+      <${UploadProgress} id="target-sending" now=${searchStore.upload.value} stop=${stopSending} />
       ${!isShownAtField() && html`<${ProblemBox} place="target" />`}
       <div class="unseen" role="status">${uploadStatus()}</div>
       ${target && !searchStore.upload.value && html`<${Understood} of=${target} />`}

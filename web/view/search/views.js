@@ -4,12 +4,12 @@
  * @import { PictureDraft } from "../../search/views.js"
  */
 import { lineageStore } from "../../lineage/store.js";
+import { bytesInWords } from "../../page/format.js";
 import { searchStore } from "../../search/store.js";
 import {
   addPictures, changeView, chooseScene, readPictures, removeView, useSceneFile,
 } from "../../search/target.js";
 import { MOST_PICTURES, SAMPLINGS } from "../../search/views.js";
-import { sizeInWords } from "../../search/words.js";
 import { Choice, Switch, typed } from "../control.js";
 import { html } from "../html.js";
 import { ProblemBox } from "../problem.js";
@@ -112,7 +112,7 @@ const Card = ({ of, at, many }) => html`
   <li class="picture-of" aria-label=${`Picture ${at + 1}`}>
     <div class="row">
       ${many && html`<strong>${at + 1}</strong>`}
-      <span class="cut grow" title=${of.file.name}>${of.file.name}</span> <span class="small">${sizeInWords(of.file.size)}</span>
+      <span class="cut grow" title=${of.file.name}>${of.file.name}</span> <span class="small">${bytesInWords(of.file.size)}</span>
       <button type="button" class="remove" aria-label=${`Leave out picture ${at + 1}, ${of.file.name}`} title="Leave out" onClick=${() => removeView(of.key)}>×</button>
     </div>
     <${Refusal} at=${at} fields=${["picture"]} />
