@@ -163,6 +163,25 @@ export async function troubled(app, step, shot, base) {
     await warning.waitFor({ state: "detached" });
   });
 
+  await step("lists the keys, skips to the pictures, and resets the view", async () => {
+    await page.locator("body").press("?");
+    const help = app.id("help");
+    await help.waitFor();
+    await shot("47-keys");
+    await app.accessible("keys");
+    await app.id("help-close").click();
+    await help.waitFor({ state: "detached" });
+    await app.id("skip").focus();
+    await page.keyboard.press("Enter");
+    assert.ok(await page.evaluate(() => document.activeElement?.matches("[data-cell]")));
+    assert.equal(await app.id("reset-view").count(), 1, "the light was turned");
+    const generation = await app.ready();
+    const scene = await app.reshown(() => app.id("centre").dblclick());
+    assert.deepEqual([scene.light_deg, scene.scale], [0, 1]);
+    assert.equal(await app.ready(), generation, "nothing was bred");
+    await app.id("reset-view").waitFor({ state: "detached" });
+  });
+
   await step("removes error boxes when the server answers again", async () => {
     const context = page.context();
     await context.setOffline(true);

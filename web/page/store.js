@@ -33,6 +33,8 @@ class PageStore {
   lineagesOpen = signal(false);
   /** @type {Signal<boolean>} */
   presetsOpen = signal(false);
+  /** @type {Signal<boolean>} */
+  helpOpen = signal(false);
   /** True for a surround of 18 % grey, false for near-black. @type {Signal<boolean>} */
   greySurround = signal(false);
   /** @type {Signal<boolean>} */

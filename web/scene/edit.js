@@ -160,6 +160,19 @@ export async function chooseObject(mesh) {
   });
 }
 
+/** True if object or light are turned, or the object is scaled. @param {Scene|null} scene */
+export const isTurned = (scene) =>
+  scene !== null &&
+  (scene.scale !== 1 ||
+    (scene.light_deg ?? 0) !== 0 ||
+    scene.rotation_deg.some((degrees) => degrees !== 0));
+
+/** Turns object and light, and scales the object, as at first. */
+export function resetView() {
+  if (isTurned(sceneStore.editedScene.value))
+    void changeScene("stage", () => ({ rotation_deg: [0, 0, 0], scale: 1, light_deg: 0 }));
+}
+
 /** Kinds of light that need a file. */
 const FILES = { ies: api.createProfile, environment: api.createEnvironment };
 /**

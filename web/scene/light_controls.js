@@ -32,6 +32,15 @@ export function dragLight(change) {
   };
 }
 
+/**
+ * Changes the shape of the first light while a control is dragged.
+ * @param {Partial<import("../model.js").Light>} change
+ */
+export function dragShape(change) {
+  const [first, ...others] = sceneStore.editedScene.value?.lights ?? [];
+  if (first) sceneStore.draggedScene.value = { lights: [{ ...first, ...change }, ...others] };
+}
+
 /** Commits the dragged light to the scene. */
 export function commitLight() {
   const left = sceneStore.draggedScene.value;

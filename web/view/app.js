@@ -3,6 +3,7 @@ import { pageStore } from "../page/store.js";
 import { Bar } from "./bar.js";
 import { Comparison } from "./compare/comparison.js";
 import { Frames } from "./frames.js";
+import { Help } from "./help.js";
 import { Hint, Mating } from "./hint.js";
 import { html } from "./html.js";
 import { Knobs } from "./knobs.js";
@@ -23,8 +24,16 @@ const DropHint = () => pageStore.fileDragged.value && html`
 /** Messages for screen readers. */
 const LiveRegion = () => html`<div class="unseen" role="status" aria-live="polite">${pageStore.announcement.value}</div>`;
 
+/** Moves the focus past the bar and the knobs. @param {Event} event */
+function skip(event) {
+  event.preventDefault();
+  const frame = document.querySelector(`[data-cell="${pageStore.focusedCell.value}"]`);
+  if (frame instanceof HTMLElement) frame.focus();
+}
+
 export function App() {
   return html`
+    <a class="skip" href="#frames" data-testid="skip" onClick=${skip}>Skip to the pictures</a>
     <${Bar} />
     <div class="middle">
       ${pageStore.knobsOpen.value && html`<${Knobs} />`}
@@ -43,6 +52,7 @@ export function App() {
     <${Searches} />
     <${Inspector} />
     <${Comparison} />
+    <${Help} />
     <${TokenQuestion} />
     <${DropHint} />
     <${LiveRegion} />

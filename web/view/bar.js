@@ -75,6 +75,7 @@ export function Bar() {
         ${viewStore.link.value === null
           ? html`<button type="button" data-testid="share" disabled=${!lineageStore.shownId.value} onClick=${share}>${viewStore.linkCopied.value ? "Copied" : "Share"}</button>`
           : html`<input type="text" class="link" readonly aria-label="Link to this state" value=${viewStore.link.value} onFocus=${selectAll} onBlur=${() => (viewStore.link.value = null)} />`}
+        <button type="button" data-testid="help-open" aria-label="Keys and gestures" title="Keys and gestures (?)" onClick=${() => (pageStore.helpOpen.value = true)}>?</button>
         <button type="button" data-testid="knobs-toggle" aria-pressed=${pageStore.knobsOpen.value} onClick=${() => (pageStore.knobsOpen.value = !pageStore.knobsOpen.value)}>Knobs</button>
         <button type="button" data-testid="details-toggle" aria-pressed=${pageStore.detailsOpen.value} onClick=${() => (pageStore.detailsOpen.value = !pageStore.detailsOpen.value)}>Details</button>
       </div>

@@ -236,7 +236,7 @@ const ROWS = [0, 1, 2, 3, 4, 5].map((row) => {
 
 export function Frames() {
   return html`
-    <div class="frames" role="grid" aria-label="Twenty children around their parent" aria-rowcount="6" aria-colcount="6"
+    <div class="frames" id="frames" role="grid" aria-label="Twenty children around their parent" aria-rowcount="6" aria-colcount="6"
       aria-busy=${lineageStore.breeding.value} ref=${attach} onKeyDown=${keyOnFrames}>
       <canvas class="live" data-testid="live" aria-hidden="true" ref=${attachCanvas}></canvas>
       ${ROWS.map((cells, row) => html`

@@ -6,7 +6,7 @@
 import { cancelMate, pick, toggleMate } from "../lineage/breed.js";
 import { lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
-import { changeScene } from "../scene/edit.js";
+import { changeScene, resetView } from "../scene/edit.js";
 import { dragged, fromDegrees, toDegrees } from "../scene/rotation.js";
 import { sceneStore } from "../scene/store.js";
 
@@ -15,6 +15,8 @@ const CLICK_PX = 4;
 const LONG_PRESS_MS = 500;
 /** Pause of the wheel after which the new scale is committed. */
 const WHEEL_REST_MS = 250;
+/** Longest time between the clicks of a double click on the centre. */
+const DOUBLE_MS = 300;
 const SCALE_LIMITS = [0.05, 20];
 
 /**
@@ -37,6 +39,11 @@ let swallowClick = false;
 let longPress;
 /** @type {ReturnType<typeof setTimeout>|undefined} */
 let wheelRest;
+/**
+ * A click on the centre that may become a double click.
+ * @type {ReturnType<typeof setTimeout>|undefined}
+ */
+let centreClick;
 
 /**
  * Frame that an element is in.
@@ -211,7 +218,16 @@ function click(event) {
   // The second click of a double click would breed from a brood that the user has not seen.
   if (cell === null || onButton(event.target) || event.detail > 1) return;
   pageStore.focusedCell.value = cell;
-  void pick(cell);
+  if (cell !== "centre") return void pick(cell);
+  clearTimeout(centreClick);
+  centreClick = setTimeout(() => void pick(cell), DOUBLE_MS);
+}
+
+/** Resets the view in place of breeding from the centre. @param {MouseEvent} event */
+function doubleClick(event) {
+  if (cellOf(event.target) !== "centre" || onButton(event.target)) return;
+  clearTimeout(centreClick);
+  resetView();
 }
 
 /** @param {WheelEvent} event */
@@ -251,6 +267,7 @@ export function listenToGestures(frames) {
   frames.addEventListener("pointerup", up);
   frames.addEventListener("pointercancel", cancel);
   frames.addEventListener("click", click);
+  frames.addEventListener("dblclick", doubleClick);
   frames.addEventListener("wheel", wheel, { passive: false });
   frames.addEventListener("contextmenu", (event) => {
     if (cellOf(event.target) !== null) event.preventDefault();

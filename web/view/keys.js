@@ -148,6 +148,10 @@ function keyAlone(event) {
     openSearches();
     event.preventDefault();
   }
+  if (event.key === "?" && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
+    pageStore.helpOpen.value = true;
+    event.preventDefault();
+  }
   if (event.key === "Escape" && !inDialog(event.target) && !cancelGestures()) {
     if (compareStore.targetInCentre.value) showTarget(false);
     else unpin();

@@ -7,7 +7,9 @@ import { saveSaturation, setEnergyLimit } from "../lineage/breed.js";
 import { lineageStore } from "../lineage/store.js";
 import { clearProblems } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
-import { BUILT_IN, chooseObject, setConvention, setExposure, setTone } from "../scene/edit.js";
+import {
+  BUILT_IN, chooseObject, isTurned, resetView, setConvention, setExposure, setTone,
+} from "../scene/edit.js";
 import { sceneStore } from "../scene/store.js";
 import { stopUpload } from "../scene/upload.js";
 import { Choice, Slider, Switch } from "./control.js";
@@ -30,11 +32,11 @@ function Breeding() {
   return html`
     <section aria-labelledby="breeding">
       <h2 id="breeding">Breeding</h2>
-      <${Slider} id="mutation" name="Mutation" value=${mutation} min=${0} max=${1} step=${0.01} shown=${mutation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("mutation", to)} />
+      <${Slider} id="mutation" name="Mutation" title="Distance of children from their parent" value=${mutation} min=${0} max=${1} step=${0.01} shown=${mutation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("mutation", to)} />
       <${ProblemBox} place="mutation" />
-      <${Slider} id="recombination" name="Recombination" value=${recombination} min=${0} max=${1} step=${0.01} shown=${recombination.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("recombination", to)} />
+      <${Slider} id="recombination" name="Recombination" title="Share of the mate in a cross" value=${recombination} min=${0} max=${1} step=${0.01} shown=${recombination.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("recombination", to)} />
       <${ProblemBox} place="recombination" />
-      <${Slider} id="saturation" name="Saturation" value=${saturation} min=${0} max=${1} step=${0.01} shown=${saturation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("saturation", to)} onCommit=${saveSaturation} />
+      <${Slider} id="saturation" name="Saturation" title="Colourfulness of new children; 0 is grey" value=${saturation} min=${0} max=${1} step=${0.01} shown=${saturation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("saturation", to)} onCommit=${saveSaturation} />
       <${ProblemBox} place="saturation" />
       <div class="chips">
         <${Switch} id="isotropic" name="isotropic" on=${isotropic} title="New children look the same when the surface is rotated about its normal" onInput=${(/** @type {boolean} */ on) => (lineageStore.knobs.value = { ...lineageStore.knobs.value, isotropic: on })} />
@@ -131,6 +133,7 @@ function ObjectChooser() {
           ${uploaded.map((one) => html`<option value=${one.id} selected=${one.id === present}>${one.name}</option>`)}
           ${!known && html`<option value=${present} selected>uploaded</option>`}
         </select>
+        ${isTurned(sceneStore.editedScene.value) && html`<button type="button" data-testid="reset-view" title="Object and light as at first (double click on the centre)" onClick=${resetView}>Reset view</button>`}
         <label class="button">
           <input type="file" accept=".obj,model/obj" data-testid="obj-file" aria-label="Open or drop an OBJ" onChange=${filesChosen} />
           <span>Open or drop an OBJ</span>
@@ -162,7 +165,7 @@ function Film() {
   return html`
     <section aria-labelledby="film">
       <h2 id="film">Film</h2>
-      <${Slider} id="exposure" name="Exposure" value=${ev} min=${-8} max=${8} step=${0.25} dim=${auto}
+      <${Slider} id="exposure" name="Exposure" title="Exposure value: one stop up doubles the brightness" value=${ev} min=${-8} max=${8} step=${0.25} dim=${auto}
         shown=${auto ? "auto" : `${ev > 0 ? "+" : ""}${ev} EV`} onInput=${(/** @type {number} */ to) => (viewStore.draggedExposure.value = to)} onCommit=${rest} />
       <div class="chips">
         <${Switch} id="exposure-auto" name="automatic" on=${auto} title="Each picture has its own exposure" onInput=${(/** @type {boolean} */ on) => setExposure(on ? "auto" : ev)} />

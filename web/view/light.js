@@ -10,8 +10,9 @@ import { isServerDrawn } from "../live/loop.js";
 import { liveStore } from "../live/store.js";
 import { chooseLight, lightByFile, setShadows } from "../scene/edit.js";
 import { NEUTRAL } from "../scene/light_color.js";
-import { commitLight, dragLight } from "../scene/light_controls.js";
+import { commitLight, dragLight, dragShape } from "../scene/light_controls.js";
 import { LIGHT_KINDS } from "../scene/light_kind.js";
+import { shapeControls } from "../scene/light_shape.js";
 import { sceneStore } from "../scene/store.js";
 import { stopUpload } from "../scene/upload.js";
 import { Colour, Slider, Switch } from "./control.js";
@@ -87,7 +88,7 @@ function Circle() {
           <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${liveStore.supported.value === null} onClick=${() => setLightMoving(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
         </div>
       `}
-    <${Slider} id="light" name="Angle" value=${rest} min=${0} max=${360} step=${1} shown=${on ? "moving" : `${Math.round(rest)}°`} dim=${on} disabled=${!sceneStore.scene.value}
+    <${Slider} id="light" name="Angle" title="Rotates the lights about the vertical axis" value=${rest} min=${0} max=${360} step=${1} shown=${on ? "moving" : `${Math.round(rest)}°`} dim=${on} disabled=${!sceneStore.scene.value}
       onInput=${dragAngle} onCommit=${commitAngle} />
     ${liveStore.supported.value !== false && html`
       <${Slider} id="light-speed" name="Speed" value=${liveStore.lightSpeed.value} min=${5} max=${180} step=${5} shown=${`${liveStore.lightSpeed.value}°/s`}
@@ -137,6 +138,17 @@ function Kind() {
   `;
 }
 
+/** Size, cone and softness of the light. */
+function Shape() {
+  const scene = sceneStore.editedScene.value;
+  const light = scene?.lights?.[0];
+  const extent = scene && sceneStore.extents.value.get(scene.mesh);
+  if (!light || !extent) return null;
+  return shapeControls(light, extent).map(({ change, ...control }) => html`
+    <${Slider} key=${control.id} ...${control} onInput=${(/** @type {number} */ to) => dragShape(change(to))} onCommit=${commitLight} />
+  `);
+}
+
 /** Colour and intensity of the light, which belong to the scene. */
 function Lamp() {
   const { color, ev } = sceneStore.lightSetting.value ?? NEUTRAL;
@@ -165,7 +177,7 @@ export function LightKnobs() {
   return html`
     <section aria-labelledby="light-title">
       <h2 id="light-title">Light</h2>
-      <${Kind} /><${Circle} /><${Lamp} />
+      <${Kind} /><${Shape} /><${Circle} /><${Lamp} />
     </section>
   `;
 }
