@@ -63,9 +63,15 @@ async function step(name, work) {
 async function wide(app) {
   const shot = shotOf(app);
 
-  const first = await step("opens with a random brood", async () => {
-    const id = await app.open();
-    const generation = await app.generation(id);
+  await step("opens with named materials", async () => {
+    const generation = await app.generation(await app.open());
+    assert.equal(generation.individuals.length, 20);
+    assert.ok(generation.individuals.every(({ operator }) => operator === "adopt"));
+    await shot("1-materials");
+  });
+
+  const first = await step("draws a random brood", async () => {
+    const generation = await app.generation(await app.becomes(() => app.id("afresh").click()));
     assert.equal(generation.individuals.length, 20);
     await shot("1-random");
     return generation;

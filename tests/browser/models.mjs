@@ -156,7 +156,8 @@ export async function models(app, step, shot, binary) {
 export async function modelsLive(app, step, shot, base) {
   const { page } = app;
   await step("draws models live like the server", async () => {
-    await begin(app, "mixed and live", "programs");
+    // Stripes of random programs may be finer than a pixel.
+    await begin(app, "mixed and live", "materials");
     const mixed = await crossed(app, "model-plastic");
     assert.ok((await genomes(app, mixed)).some((one) => one.layers?.length > 0));
     // With automatic exposure, the light of each picture would matter (docs/maths/film.md).

@@ -42,7 +42,7 @@ export class BroodPage {
     assert.ok(sideways <= 0, "nothing sticks out sideways");
   }
 
-  /** Opens the page; on an empty server it creates a lineage with a random brood. */
+  /** Opens the page; on an empty server it creates a lineage of materials. */
   async open(hash = "") {
     await this.page.goto(this.#base + "/" + hash);
     return this.ready();

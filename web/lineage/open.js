@@ -13,10 +13,10 @@ import { pageStore } from "../page/store.js";
 import { sceneStore } from "../scene/store.js";
 import { breedNext } from "./breed.js";
 import {
-  beginNavigation, clearSceneNotes, isBred, noteSceneOf, redoId, show, undoId,
+  beginNavigation, clearSceneNotes, isBred, noteSceneOf, redoId, show, storeBred, undoId,
 } from "./generations.js";
-import { clearReady } from "./pictures.js";
-import { DEFAULT_SATURATION, lineageStore, noLocks } from "./store.js";
+import { clearReady, startClock } from "./pictures.js";
+import { DEFAULT_SATURATION, FRAMES, lineageStore, noLocks } from "./store.js";
 import { followChanges } from "./sync.js";
 
 /** Opens what the address names; without an address the newest lineage; without any, a new one. */
@@ -47,11 +47,41 @@ export async function openFromAddress() {
 /** Opens the newest lineage; a new one if there is none. */
 function openNewest() {
   const [newest] = lineageStore.lineages.value.toSorted((a, b) => b.created_ms - a.created_ms);
-  return newest ? open(newest.id, null) : create("Untitled 1");
+  return newest ? open(newest.id, null) : create("Untitled 1", STARTS.materials);
 }
+
+/** Mutation with which children of a named material mostly still look like one. */
+const NEAR = 0.1;
 
 /** Scene of a new lineage: an object with curves, a flat, a groove and a base. */
 const FIRST_SCENE = { mesh: "ball" };
+
+/**
+ * Fills an empty lineage with the presets of its dialect, as a first look at named materials.
+ * @param {string} id
+ */
+async function beginWithMaterials(id) {
+  const of = lineageStore.lineage.value;
+  if (!of || of.id !== id) return;
+  startClock();
+  const presets = (await api.listPresets()).filter(({ dialect }) => goesInto(of.dialect, dialect));
+  const names = presets.map(({ name }) => name).slice(0, FRAMES);
+  const made = await api.adopt(id, { presets: names });
+  storeBred(made, of.scene);
+  await show(made.id, "visit");
+}
+
+/**
+ * True if a lineage of programs accepts a material.
+ * @param {Dialect} own
+ * @param {Dialect} dialect
+ */
+export const goesInto = (own, dialect) =>
+  dialect.length === 0 ||
+  (dialect.length <= own.length &&
+    dialect.opcodes === own.opcodes &&
+    dialect.parametrisation === own.parametrisation &&
+    dialect.registers === own.registers);
 
 /** Breeds the first brood of an empty lineage at random. @param {string} id */
 const beginAtRandom = (id) => breedNext(id, []);
@@ -62,12 +92,22 @@ const beginAtRandom = (id) => breedNext(id, []);
  *   Promise<void>}} [how] `begin`: makes the first generation in place of a random brood
  */
 export async function create(name, { dialect, saturation = DEFAULT_SATURATION, begin } = {}) {
-  const shown = begin && sceneStore.scene.value?.id;
-  const scene = shown ?? (await api.createScene(FIRST_SCENE)).id;
+  const shown = begin && begin !== beginWithMaterials && sceneStore.scene.value?.id;
+  const scene = shown || (await api.createScene(FIRST_SCENE)).id;
   const made = await api.createLineage({ name, thumbnail_px: 256, saturation, dialect, scene });
   lineageStore.lineages.value = [...lineageStore.lineages.value, made];
   await open(made.id, null, begin);
 }
+
+/**
+ * What a new lineage may start with.
+ * @type {Record<"materials"|"models"|"programs", Parameters<typeof create>[1]>}
+ */
+export const STARTS = {
+  materials: { saturation: 1, begin: beginWithMaterials },
+  models: { dialect: { length: 0 } },
+  programs: {},
+};
 
 /**
  * @param {string} id
@@ -97,7 +137,7 @@ export async function open(id, wanted, begin = beginAtRandom) {
       "sessionStorage",
     );
     lineageStore.knobs.value = {
-      mutation: bred?.mutation ?? 0.3,
+      mutation: bred?.mutation ?? (begin === beginWithMaterials ? NEAR : 0.3),
       recombination: bred?.recombination ?? 0.5,
       isotropic: target?.constraints?.isotropic ?? of.dialect.isotropic ?? false,
       homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,

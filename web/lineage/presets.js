@@ -10,7 +10,7 @@ import { pageStore } from "../page/store.js";
 import { breedNext } from "./breed.js";
 import { show, storeBred } from "./generations.js";
 import { unlockAll } from "./locks.js";
-import { create, open } from "./open.js";
+import { create, goesInto, open } from "./open.js";
 import { lineageStore } from "./store.js";
 
 /** Largest file of a genome that the server accepts; 1024 instructions take less. */
@@ -70,12 +70,6 @@ export async function crossWith(preset) {
 }
 
 /**
- * Fields of the dialect that two programs must share to be crossed.
- * @type {("opcodes"|"parametrisation"|"registers")[]}
- */
-const MACHINE = ["opcodes", "parametrisation", "registers"];
-
-/**
  * True if a lineage accepts a material that can be crossed with its centre: models go with
  * everything, programs with programs of the same machine.
  * @param {Lineage} of
@@ -83,9 +77,7 @@ const MACHINE = ["opcodes", "parametrisation", "registers"];
  * @param {Dialect} dialect
  */
 export function fits({ dialect: own }, centre, dialect) {
-  if (dialect.length === 0) return true;
-  if (own.length > 0)
-    return dialect.length <= own.length && MACHINE.every((part) => own[part] === dialect[part]);
+  if (own.length > 0 || dialect.length === 0) return goesInto(own, dialect);
   return (
     !centre ||
     centre.instructions === 0 ||

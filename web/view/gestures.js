@@ -3,6 +3,7 @@
  *
  * @import { Cell } from "../model.js"
  */
+import { compareStore } from "../compare/store.js";
 import { cancelMate, pick, toggleMate } from "../lineage/breed.js";
 import { lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
@@ -218,7 +219,8 @@ function click(event) {
   // The second click of a double click would breed from a brood that the user has not seen.
   if (cell === null || onButton(event.target) || event.detail > 1) return;
   pageStore.focusedCell.value = cell;
-  if (cell !== "centre") return void pick(cell);
+  const isCovered = compareStore.flipped.value || compareStore.targetInCentre.value;
+  if (cell !== "centre" || isCovered) return void pick(cell);
   clearTimeout(centreClick);
   centreClick = setTimeout(() => void pick(cell), DOUBLE_MS);
 }

@@ -21,8 +21,8 @@ class ViewStore {
   renaming = signal(null);
   /** Id of the lineage that is about to be hidden. @type {Signal<string|null>} */
   hiding = signal(null);
-  /** Kind of random individuals in a new lineage. @type {Signal<"programs"|"models">} */
-  startKind = signal("programs");
+  /** Content of a new lineage. @type {Signal<"materials"|"models"|"programs">} */
+  startKind = signal("materials");
   /**
    * Columns of the history that are drawn, counted from the oldest generation.
    * @type {Signal<{from: number, to: number}>}

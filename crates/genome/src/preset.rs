@@ -95,6 +95,10 @@ presets! {
         "A warm diffuse base and two highlights, one wide and one narrow: three models, added."
     "model-phong" "Phong, 1975"
         "The first highlight of computer graphics, over a teal body."
+    "model-chrome" "Chrome, by its constants"
+        "A mirror that is slightly rough: a conductor with chromium's refractive index and extinction."
+    "model-porcelain" "Porcelain"
+        "A white body under a smooth glaze."
 }
 
 impl Preset {

@@ -5,7 +5,7 @@
  */
 import * as api from "../../api/routes.js";
 import { forgetToken } from "../../api/session.js";
-import { create, hide, open, rename } from "../../lineage/open.js";
+import { STARTS, create, hide, open, rename } from "../../lineage/open.js";
 import { lineageStore } from "../../lineage/store.js";
 import { fileName } from "../../page/file_name.js";
 import { clearProblems, guarded, runExclusive } from "../../page/problem.js";
@@ -19,13 +19,14 @@ import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { viewStore } from "../store.js";
 
-const STARTS = [
+const KINDS = [
+  { value: "materials", name: "materials", title: "The presets: metals, plastics, cloth, stone, as programs and models" },
   { value: "programs", name: "programs", title: "Random programs, which can become anything" },
   { value: "models", name: "models", title: "Models of reflectance with random parameters: metals, plastics, cloth" },
 ];
 
 const opened = modal(() => {
-  viewStore.startKind.value = "programs";
+  viewStore.startKind.value = "materials";
   void guarded("lineages", async () => {
     lineageStore.lineages.value = await api.listLineages();
   });
@@ -107,8 +108,8 @@ function fileChosen(event) {
 /** @param {Event} event */
 function createNamed(event) {
   const name = fieldOf(event, "name");
-  const dialect = viewStore.startKind.value === "models" ? { length: 0 } : undefined;
-  if (name) void runExclusive("lineages", () => create(name, { dialect }));
+  const start = STARTS[viewStore.startKind.value];
+  if (name) void runExclusive("lineages", () => create(name, start));
 }
 
 export function Lineages() {
@@ -120,7 +121,7 @@ export function Lineages() {
       <form class="new" onSubmit=${createNamed}>
         <input type="text" name="name" aria-label="Name of a new lineage" placeholder="name of a new lineage" maxlength="200" required data-testid="lineage-name" />
         <span class="row"><span class="small" aria-hidden="true">starts with</span>
-          <${Choice} id="lineage-start" name="Content of the new lineage" value=${viewStore.startKind.value} options=${STARTS} onInput=${(/** @type {any} */ to) => (viewStore.startKind.value = to)} /></span>
+          <${Choice} id="lineage-start" name="Content of the new lineage" value=${viewStore.startKind.value} options=${KINDS} onInput=${(/** @type {any} */ to) => (viewStore.startKind.value = to)} /></span>
         <button type="submit" data-testid="lineage-new">New</button>
       </form>
       <label class="button">
