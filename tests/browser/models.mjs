@@ -125,6 +125,7 @@ export async function models(app, step, shot, binary) {
     await shot("39-model-inspected");
     await app.accessible("a model in the inspector");
     await page.keyboard.press("Escape");
+    await inspector.waitFor({ state: "detached" });
     await page.getByText("Export", { exact: true }).click();
     const link = await app.id("export-glsl-es-300").getAttribute("href");
     const source = await (await page.request.get(new URL(link, page.url()).href)).text();

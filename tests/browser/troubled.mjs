@@ -129,6 +129,7 @@ export async function troubled(app, step, shot, base) {
     await stopped.release();
     assert.equal(await inspector.getByRole("alert").count(), 0);
     await app.id("inspector-close").click();
+    await inspector.waitFor({ state: "detached" });
   });
 
   await step("exports what the screen shows", async () => {
