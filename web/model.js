@@ -99,7 +99,8 @@
  *   "searches"|"target"|"search"|"job"|"found"} Place
  *   Place on the page where a problem is shown.
  *
- * @typedef {{problem: Problem, retry?: () => void}} ShownProblem
+ * @typedef {{problem: Problem, retry?: () => void, isRead?: boolean}} ShownProblem
+ *   `isRead`: true if a retry only reads.
  *
  * @typedef {{name?: string, sent: number, whole: number}} Upload
  *   `sent`, `whole`: bytes; all are sent while the server reads.

@@ -10,30 +10,37 @@ import { wasStopped } from "./upload.js";
 /** Title of the problem that no answer came. */
 const UNREACHABLE = "The server cannot be reached";
 
-/** True if no answer came to a request. @param {Problem} problem */
-export const isUnreachable = ({ title, status }) => status === 0 && title === UNREACHABLE;
+/** Problem of a request without a complete answer. */
+const unreachable = () =>
+  new ProblemError({
+    title: UNREACHABLE,
+    status: 0,
+    detail: "Nothing is lost; try again when it is back.",
+  });
+
+/** True if no answer came, or a proxy answered in place of the server. @param {Problem} problem */
+export const isUnreachable = ({ title, status }) =>
+  (status === 0 && title === UNREACHABLE) || status === 502 || status === 504;
 
 /**
  * True if a request failed because the server could not answer, and may succeed later.
  * @param {Problem} problem
  */
-export const isOutage = (problem) =>
-  isUnreachable(problem) || (problem.status >= 502 && problem.status <= 504);
+export const isOutage = (problem) => isUnreachable(problem) || problem.status === 503;
 
 /** Resolves when the server answers again. */
 export async function whenReachable() {
   for (;;) {
     await pause(PROBE_MS);
     try {
-      await fetch("/healthz");
-      return;
+      if ((await fetch("/healthz")).ok) return;
     } catch {
       // Not yet.
     }
   }
 }
 
-/** Time between questions whether the server answers again. */
+/** Interval of probes of a server that does not answer. */
 const PROBE_MS = 2000;
 
 /** Number of attempts of one request. */
@@ -63,8 +70,16 @@ export function problemOf(error) {
   };
 }
 
-/** @param {number} ms */
-const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+/**
+ * Waits, but not longer than until `signal` is aborted.
+ * @param {number} ms
+ * @param {AbortSignal} [signal]
+ */
+const pause = (ms, signal) =>
+  new Promise((done) => {
+    setTimeout(done, ms);
+    signal?.addEventListener("abort", done, { once: true });
+  });
 
 /**
  * Reads the problem in a refusal; a generic one if the body is not JSON.
@@ -128,14 +143,10 @@ async function sendRequest(method, path, options) {
     } catch (error) {
       if (wasStopped(error)) throw error;
       if (tried < TRIES) {
-        await pause(250 * 2 ** tried);
+        await pause(250 * 2 ** tried, options.signal);
         continue;
       }
-      throw new ProblemError({
-        title: UNREACHABLE,
-        status: 0,
-        detail: "Nothing is lost; try again when it is back.",
-      });
+      throw unreachable();
     }
     if (response.ok) return response;
     if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
@@ -145,7 +156,8 @@ async function sendRequest(method, path, options) {
       (response.status === 409 && method === "POST" && !options.settled);
     if (mayRetry && tried < TRIES) {
       const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
-      await pause(Number.isFinite(seconds) ? Math.min(seconds, 5) * 1000 : 250 * 2 ** tried);
+      const ms = Number.isFinite(seconds) ? Math.min(seconds, 5) * 1000 : 250 * 2 ** tried;
+      await pause(ms, options.signal);
       continue;
     }
     throw new ProblemError(await readProblem(response));
@@ -171,6 +183,21 @@ export async function request(method, path, options = {}) {
  */
 export const read = (path, { accept = "*/*", signal } = {}) =>
   sendRequest("GET", path, { accept, signal });
+
+/**
+ * Reads a body in parts.
+ * @param {Response} response
+ * @param {(part: Uint8Array<ArrayBuffer>) => void} take
+ */
+export async function readParts(response, take) {
+  const reader = response.body?.getReader();
+  try {
+    for (let part = await reader?.read(); part && !part.done; part = await reader?.read())
+      take(part.value);
+  } catch (error) {
+    throw wasStopped(error) ? error : unreachable();
+  }
+}
 
 /** @param {string} path */
 export const getText = async (path) => (await read(path)).text();

@@ -58,5 +58,5 @@ function headersOf(of) {
   );
 }
 
-/** True if the user stopped the upload. @param {unknown} error */
+/** True if the user stopped the upload or download. @param {unknown} error */
 export const wasStopped = (error) => error instanceof DOMException && error.name === "AbortError";

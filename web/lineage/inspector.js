@@ -13,7 +13,7 @@ import { lineageStore } from "./store.js";
 const read = () =>
   guarded("inspector", async () => {
     if (lineageStore.inspected.value) await inspect(lineageStore.inspected.value.of);
-  });
+  }, true);
 
 /** @param {Individual} of @param {string} name */
 export function openInspector(of, name) {

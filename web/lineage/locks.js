@@ -93,11 +93,11 @@ export function unlockAll() {
 }
 
 /**
- * Why the next brood would be identical children, in words; empty where it would not be.
- * @param {{mutation: number, hasMate: boolean, locks: Locks, genome: Genome|null}} of `genome`: of
- *   the centre, null where unknown
+ * Reason why the next brood would be identical children, in words; empty where it would not be.
+ * @param {{mutation: number, recombination: number, hasMate: boolean, locks: Locks, genome:
+ *   Genome|null}} of `genome`: of the centre, null where unknown
  */
-export function onlyTwinsInWords({ mutation, hasMate, locks, genome }) {
+export function onlyTwinsInWords({ mutation, recombination, hasMate, locks, genome }) {
   if (locks.channels.length === CHANNELS.length)
     return "All channels are locked: children would be identical. Unlock one.";
   const layers = genome?.layers ?? [];
@@ -108,6 +108,8 @@ export function onlyTwinsInWords({ mutation, hasMate, locks, genome }) {
     return "Everything is locked: children would be identical. Unlock a parameter.";
   if (mutation === 0 && !hasMate)
     return "Mutation 0 gives 20 identical children: raise it or mark a mate.";
+  if (mutation === 0 && recombination === 0)
+    return "Mutation and recombination 0 give 20 identical children: raise one.";
   return "";
 }
 

@@ -13,7 +13,8 @@ import { pageStore } from "../page/store.js";
 import { sceneStore } from "../scene/store.js";
 import { breedNext } from "./breed.js";
 import {
-  beginNavigation, clearSceneNotes, isBred, noteSceneOf, redoId, show, storeBred, undoId,
+  beginNavigation, clearSceneNotes, isBred, navigationCount, noteSceneOf, redoId, show, storeBred,
+  undoId,
 } from "./generations.js";
 import { clearReady, startClock } from "./pictures.js";
 import { DEFAULT_SATURATION, FRAMES, lineageStore, noLocks } from "./store.js";
@@ -41,7 +42,7 @@ export async function openFromAddress() {
         },
       });
     }
-  });
+  }, true);
 }
 
 /** Opens the newest lineage; a new one if there is none. */
@@ -57,19 +58,22 @@ const NEAR = 0.1;
 const FIRST_SCENE = { mesh: "ball" };
 
 /**
- * Fills an empty lineage with the presets of its dialect, as a first look at named materials.
+ * Fills an empty lineage with the presets of its dialect.
  * @param {string} id
  */
-async function beginWithMaterials(id) {
-  const of = lineageStore.lineage.value;
-  if (!of || of.id !== id) return;
-  startClock();
-  const presets = (await api.listPresets()).filter(({ dialect }) => goesInto(of.dialect, dialect));
-  const names = presets.map(({ name }) => name).slice(0, FRAMES);
-  const made = await api.adopt(id, { presets: names });
-  storeBred(made, of.scene);
-  await show(made.id, "visit");
-}
+const beginWithMaterials = (id) =>
+  guarded("stage", async () => {
+    const of = lineageStore.lineage.value;
+    if (!of || of.id !== id) return;
+    const startedAt = navigationCount();
+    startClock();
+    const all = await api.listPresets();
+    const presets = all.filter(({ dialect }) => goesInto(of.dialect, dialect));
+    const names = presets.map(({ name }) => name).slice(0, FRAMES);
+    const made = await api.adopt(id, { presets: names });
+    storeBred(made, of.scene);
+    if (startedAt === navigationCount()) await show(made.id, "visit");
+  });
 
 /**
  * True if a lineage of programs accepts a material.
@@ -100,7 +104,7 @@ export async function create(name, { dialect, saturation = DEFAULT_SATURATION, b
 }
 
 /**
- * What a new lineage may start with.
+ * Starting contents of a lineage.
  * @type {Record<"materials"|"models"|"programs", Parameters<typeof create>[1]>}
  */
 export const STARTS = {

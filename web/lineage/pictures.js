@@ -1,5 +1,5 @@
 /**
- * Loading of the frames' pictures: retries, the time from a click to the last picture, and
+ * Loading of the page's pictures: retries, the time from a click to the last picture, and
  * `body[data-ready]`, the id of the generation whose pictures are all loaded (browser tests wait
  * for it).
  */

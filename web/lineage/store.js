@@ -27,8 +27,8 @@ export const noLocks = () => ({
 });
 
 /**
- * The individual that a generation shows large: the centre, or after a random start the first
- * child.
+ * The individual that a generation shows large: the centre, or the first child if it has no
+ * parents.
  * @param {Generation} of
  * @returns {Individual|null}
  */
@@ -68,7 +68,7 @@ class LineageStore {
 
   /** Addresses of pictures that are loaded. @type {Signal<Set<string>>} */
   loadedPictures = signal(new Set());
-  /** Addresses of pictures whose automatic retries are used up. @type {Signal<Set<string>>} */
+  /** Addresses of pictures that failed several times. @type {Signal<Set<string>>} */
   failedPictures = signal(new Set());
   /**
    * Retries by address. Part of the image's key, so that each retry is a new request.

@@ -1,6 +1,6 @@
 /**
- * The light on its circle: angle, speed, and whether it moves. A light at rest is the scene's, so
- * that all pictures, exports and visitors have it at the same angle.
+ * The light on its circle: angle, speed, and whether it moves. The angle of a resting light is
+ * stored in the scene, so that all pictures, exports and visitors have it.
  */
 import { batch, effect } from "../vendor/signals-core.js";
 import { loadSetting, saveSetting } from "../page/memory.js";

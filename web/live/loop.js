@@ -1,7 +1,8 @@
 /**
- * Loop that draws the frames live: under the moving light, and while the object or a control is
- * dragged. Draws what is ready, prepares what is missing, and draws nothing if nothing has changed.
- * The server's pictures stay visible where this has nothing to show.
+ * Loop that draws the frames live: under the moving light, while the object or a control is
+ * dragged, and until the pictures of the change are there. Draws what is ready, prepares what is
+ * missing, and draws nothing if nothing has changed. The server's pictures stay visible where this
+ * has nothing to show.
  *
  * @import { Cell, Individual, Scene } from "../model.js"
  * @import { Geometry } from "./geometry.js"
@@ -79,9 +80,10 @@ const isMoving = () =>
 /** True while the light is elsewhere than in the server's pictures, or of another strength. */
 const isLightMoved = () => liveStore.lightMoving.value || sceneStore.draggedScene.value !== null;
 
-/** True while pictures of frames that are drawn live are being replaced. */
+/** True while pictures are being replaced of frames that showed a moved light or object. */
 const isReplaced = () =>
-  lineageStore.readyId.value === null && liveGeneration === lineageStore.generation.value?.id;
+  lineageStore.readyId.value === null &&
+  [liveGeneration, liveStore.still.peek()?.generation].includes(lineageStore.generation.value?.id);
 
 /** Draws in the next animation frame. */
 export function schedule() {
@@ -268,7 +270,7 @@ function frame(now) {
   const degrees = lightAt(now);
   // A new brood's own pictures come first.
   if (!lineageStore.breeding.value && lineageStore.readyId.value === generation.id)
-    followLight(degrees, liveStore.lightMoving.value);
+    followLight(degrees, liveStore.lightMoving.value, generation.id);
   if (!CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
     return followOnServer(scene, degrees);
   const path = meshPath(scene, "geometry");
@@ -322,6 +324,7 @@ function frame(now) {
     all.map((light) => [light.place, light.intensity.map(Math.fround)]),
   ]);
   if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
+    lightSurface(gl, pens, metering, all);
     cache.remeter(gl);
     meteredKey = lightsKey;
   }

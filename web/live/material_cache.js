@@ -16,9 +16,10 @@ const AGAIN_MS = 5000;
 
 /**
  * @typedef {{source: string|null, within: number, material: Material|null, fetching: boolean,
- *   failed: boolean, used: number}} Entry `source`: GLSL; `within`: bound on the texture
- *   coordinates for which it was generated; `failed`: the server refused the request or could not
- *   be reached a moment ago; `used`: time of the last use, in calls of `work`.
+ *   failed: boolean, hasFailed: boolean, used: number}} Entry `source`: GLSL; `within`: bound on
+ *   the texture coordinates for which it was generated; `failed`: the server refused the request or
+ *   could not be reached a moment ago; `hasFailed`: no code has come since; `used`: time of the
+ *   last use, in calls of `work`.
  */
 
 export class MaterialCache {
@@ -42,7 +43,7 @@ export class MaterialCache {
   /** True if the server or the driver refused the material. @param {Individual} of */
   isRefused(of) {
     const entry = this.#entries.get(of.hash);
-    return entry !== undefined && (entry.failed || entry.material?.state === "refused");
+    return entry !== undefined && (entry.hasFailed || entry.material?.state === "refused");
   }
 
   /**
@@ -106,6 +107,7 @@ export class MaterialCache {
       material: null,
       fetching: false,
       failed: false,
+      hasFailed: false,
       used: 0,
     };
     this.#entries.set(hash, entry);
@@ -121,9 +123,11 @@ export class MaterialCache {
       entry.source = await getText(
         `/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}`,
       );
+      entry.hasFailed = false;
     } catch (error) {
       // The server's picture stays, as without a GPU.
       entry.failed = true;
+      entry.hasFailed = true;
       const { status } = problemOf(error);
       if (status === 0 || status >= 500) {
         setTimeout(() => {

@@ -12,8 +12,9 @@ import { liveStore } from "./store.js";
 const PLACES = 24;
 
 /**
- * @typedef {{degrees: number, sharp: boolean}} Still
- *   Angle of the light as a scene's `light_deg`; `sharp` where the light rests there.
+ * @typedef {{degrees: number, sharp: boolean, scene?: string, generation?: string}} Still
+ *   Angle of the light as a scene's `light_deg`; `sharp` where the light rests there;
+ *   `scene`, `generation`: ids of what the pictures show.
  */
 
 /**
@@ -38,12 +39,16 @@ const isThere = (image) => image.complete;
  * Follows the light, unless pictures of the last step are still loading.
  * @param {number} degrees
  * @param {boolean} moves
+ * @param {string} generation
  */
-export function followLight(degrees, moves) {
+export function followLight(degrees, moves, generation) {
   const awaited = /** @type {NodeListOf<HTMLImageElement>} */ (
     document.querySelectorAll("img.still")
   );
   if (![...awaited].every(isThere)) return;
-  const own = sceneStore.scene.peek()?.light_deg ?? 0;
-  liveStore.still.value = nextStill(liveStore.still.peek(), degrees, moves, own);
+  const { id: scene, light_deg: own = 0 } = sceneStore.scene.peek() ?? {};
+  const before = liveStore.still.peek();
+  const now = before?.scene === scene && before?.generation === generation ? before : null;
+  const next = nextStill(now, degrees, moves, own);
+  if (next !== before) liveStore.still.value = next && { ...next, scene, generation };
 }

@@ -4,7 +4,7 @@
  *
  * @import { Place } from "../model.js"
  */
-import { read } from "../api/request.js";
+import { read, readParts } from "../api/request.js";
 import { wasStopped } from "../api/upload.js";
 import { guarded } from "./problem.js";
 import { pageStore } from "./store.js";
@@ -41,14 +41,14 @@ export function saveFile(file, name) {
 async function received(response, progress) {
   const length = Number(response.headers.get("Content-Length"));
   const whole = length > 0 && !response.headers.get("Content-Encoding") ? length : null;
+  /** @type {Uint8Array<ArrayBuffer>[]} */
   const parts = [];
   let count = 0;
-  const reader = response.body?.getReader();
-  for (let part = await reader?.read(); part && !part.done; part = await reader?.read()) {
-    parts.push(part.value);
-    count += part.value.length;
+  await readParts(response, (part) => {
+    parts.push(part);
+    count += part.length;
     progress(count, whole);
-  }
+  });
   return new Blob(parts, { type: response.headers.get("Content-Type") ?? "" });
 }
 

@@ -34,24 +34,27 @@ export function clearProblems(...places) {
   pageStore.problems.value = next;
 }
 
-/** Removes problems of an outage, because the server answers again. */
+/** Removes problems of an outage, because the server answers again, and repeats what was read. */
 export function clearOutages() {
   const shown = Object.entries(pageStore.problems.value);
-  const places = shown.flatMap(([place, of]) => (of && isOutage(of.problem) ? [place] : []));
-  clearProblems(.../** @type {Place[]} */ (places));
+  const over = shown.flatMap(([place, of]) => (of && isOutage(of.problem) ? [{ place, of }] : []));
+  clearProblems(.../** @type {Place[]} */ (over.map(({ place }) => place)));
+  for (const { of } of over) if (of.isRead) of.retry?.();
 }
 
 /**
  * Runs work, and shows its failure at a place with a way to try again.
  * @param {Place} place
  * @param {() => Promise<void>} work
+ * @param {boolean} [isRead] true if it only reads, and is repeated after an outage
  */
-export async function guarded(place, work) {
+export async function guarded(place, work, isRead = false) {
   try {
     clearProblems(place);
     await work();
   } catch (error) {
-    showProblem(place, { problem: problemOf(error), retry: () => void guarded(place, work) });
+    const retry = () => void guarded(place, work, isRead);
+    showProblem(place, { problem: problemOf(error), retry, isRead });
   }
 }
 

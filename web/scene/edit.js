@@ -110,17 +110,27 @@ function storeConfirmed(of, scene) {
   });
 }
 
+/** Sizes of a light that are given. @param {Light} light @returns {[string, number][]} */
+const sizesOf = (light) =>
+  /** @type {const} */ (["radius", "width", "height"]).flatMap((field) => {
+    const size = light[field];
+    return typeof size === "number" ? [/** @type {[string, number]} */ ([field, size])] : [];
+  });
+
 /**
  * Adapts lights to another object: a light with a strength but no position stays at the same
- * distance in radii, so its strength must grow with the square of the radius.
+ * distance in radii, so its strength must grow with the square of the radius, and its size with
+ * the radius.
  * @param {Light[]} lights
  * @param {string} from
  * @param {string} to
  * @returns {Promise<Light[]>}
  */
 async function lightsOn(lights, from, to) {
-  if (!lights.some((light) => light.intensity && !light.position)) return lights;
+  if (!lights.some((light) => !light.position && (light.intensity || sizesOf(light).length > 0)))
+    return lights;
   const [before, after] = await Promise.all([extentOf(from), extentOf(to)]);
+  const ratio = after.radius / before.radius;
   /** @param {Light} light @param {number} factor @returns {Light} */
   const times = (light, factor) => {
     const intensity =
@@ -129,11 +139,12 @@ async function lightsOn(lights, from, to) {
         : light.intensity;
     return {
       ...light,
+      ...Object.fromEntries(sizesOf(light).map(([field, size]) => [field, size * ratio])),
       intensity: intensity && [intensity[0] * factor, intensity[1] * factor, intensity[2] * factor],
     };
   };
   return lights.map((light) =>
-    light.position ? light : times(light, (after.radius / before.radius) ** 2),
+    light.position ? light : times(light, ratio ** 2),
   );
 }
 
@@ -167,7 +178,7 @@ export const isTurned = (scene) =>
     (scene.light_deg ?? 0) !== 0 ||
     scene.rotation_deg.some((degrees) => degrees !== 0));
 
-/** Turns object and light, and scales the object, as at first. */
+/** Resets rotation and scale of the object, and the angle of a resting light. */
 export function resetView() {
   if (isTurned(sceneStore.editedScene.value))
     void changeScene("stage", () => ({ rotation_deg: [0, 0, 0], scale: 1, light_deg: 0 }));
@@ -207,9 +218,10 @@ export function chooseLight(kind) {
 export function lightByFile(kind, file) {
   clearProblems("light");
   pageStore.announcement.value = `Reading ${file.name}.`;
+  const of = lineageStore.lineage.value?.id;
   return guarded("light", async () => {
     const stored = await uploadFile("light", file, FILES[kind]);
-    if (!stored) return;
+    if (!stored || lineageStore.lineage.value?.id !== of) return;
     const { id } = stored;
     await setLight(kind, kind === "ies" ? { profile: id } : { image: id, samples: SKY_SAMPLES });
   });
@@ -251,6 +263,7 @@ export async function uploadObj(file) {
     return;
   }
   pageStore.announcement.value = `Reading ${file.name}.`;
+  const of = lineageStore.lineage.value?.id;
   await guarded("object", async () => {
     const answer = await uploadFile("object", file, api.createMesh);
     if (!answer) return;
@@ -260,7 +273,7 @@ export async function uploadObj(file) {
     ].slice(-20);
     saveSetting("meshes", sceneStore.meshes.value);
     pageStore.announcement.value = `${file.name}: ${answer.triangles} triangles, ${answer.warnings.length} warnings.`;
-    await chooseObject(answer.id);
+    if (lineageStore.lineage.value?.id === of) await chooseObject(answer.id);
   });
 }
 

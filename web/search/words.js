@@ -113,7 +113,7 @@ export const errorInWords = (of) =>
     : "–";
 
 /**
- * Why the best result is not the one with the least held-out error, in words; empty where it is.
+ * Reason why the best result has not the least held-out error, in words; empty where it has.
  * @param {Found[]} front the best first
  */
 export function choiceInWords(front) {

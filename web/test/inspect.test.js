@@ -221,10 +221,12 @@ test("the largest albedo is described with its error bound and the energy limit"
 });
 
 test("a brood of identical children is known before it is bred", () => {
-  const free = { mutation: 0.3, hasMate: false, locks: noLocks(), genome: null };
+  const free = { mutation: 0.3, recombination: 0.5, hasMate: false, locks: noLocks(), genome: null };
   assert.equal(onlyTwinsInWords(free), "");
   assert.match(onlyTwinsInWords({ ...free, mutation: 0 }), /^Mutation 0 gives 20 identical/);
   assert.equal(onlyTwinsInWords({ ...free, mutation: 0, hasMate: true }), "");
+  const same = { ...free, mutation: 0, recombination: 0, hasMate: true };
+  assert.match(onlyTwinsInWords(same), /^Mutation and recombination 0/);
   const channels = locks({ channels: ["r", "g", "b"] });
   assert.match(onlyTwinsInWords({ ...free, locks: channels }), /^All channels are locked/);
   const metal = { model: "ward", parameters: [{ name: "alpha_x", value: [1] }] };

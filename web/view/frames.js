@@ -129,10 +129,10 @@ function Other({ of }) {
  */
 function stillUrl(of, centre) {
   const at = liveStore.still.value;
-  const { scene: sceneId, thumbnail_px: px = 256 } = lineageStore.lineage.value ?? {};
-  if (!at || !sceneId || lineageStore.readyId.value !== lineageStore.shownId.value || !isServerDrawn(of)) return null;
+  const px = lineageStore.lineage.value?.thumbnail_px ?? 256;
+  if (!at?.scene || at.generation !== lineageStore.shownId.value || !isServerDrawn(of)) return null;
   const whole = centre ? Math.max(px, viewStore.centre_px.value) : px;
-  return pictureUrl(of.id, sceneId, at.sharp ? whole : centre ? px : px / 2, at.degrees);
+  return pictureUrl(of.id, at.scene, at.sharp ? whole : centre ? px : px / 2, at.degrees);
 }
 
 /** Lets the light move on to its next step. @param {string} url */
@@ -205,7 +205,7 @@ function Frame({ cell }) {
         <div class=${`pictures ${drawnLive ? "lit" : ""} ${away ? "flipped" : ""}`} style=${{ transform: scaled === 1 ? "" : `scale(${scaled})` }}>
           <${Picture} of=${of} cell=${cell} />
           ${large && html`<${Large} url=${large} />`}
-          ${lit && html`<${Still} key=${`${of.id} ${lineageStore.lineage.value?.scene}`} url=${lit} />`}
+          ${lit && html`<${Still} key=${of.id} url=${lit} />`}
           <${Marks} url=${lit ?? (large && lineageStore.loadedPictures.value.has(large) ? large : of.thumbnail)} />
           ${other && html`<${Other} of=${other} />`}
           ${centre && searchStore.activeTarget.value && html`<${TargetInCentre} size=${lineageStore.readyId.value === lineageStore.shownId.value ? Math.max(256, viewStore.centre_px.value) : 256} />`}

@@ -41,10 +41,12 @@ let longPress;
 /** @type {ReturnType<typeof setTimeout>|undefined} */
 let wheelRest;
 /**
- * A click on the centre that may become a double click.
- * @type {ReturnType<typeof setTimeout>|undefined}
+ * A click on the centre that waits, because it may become a double click.
+ * @type {ReturnType<typeof setTimeout>|null}
  */
-let centreClick;
+let centreClick = null;
+/** True if the last press came while a click on the centre waited. */
+let isDouble = false;
 
 /**
  * Frame that an element is in.
@@ -77,6 +79,8 @@ function actionOf(event, cell) {
 function down(event) {
   const cell = cellOf(event.target);
   if (cell === null || onButton(event.target)) return;
+  isDouble = centreClick !== null;
+  dropCentreClick();
   const touch = event.pointerType === "touch";
   swallowClick = false;
   const pointer = {
@@ -221,15 +225,22 @@ function click(event) {
   pageStore.focusedCell.value = cell;
   const isCovered = compareStore.flipped.value || compareStore.targetInCentre.value;
   if (cell !== "centre" || isCovered) return void pick(cell);
-  clearTimeout(centreClick);
-  centreClick = setTimeout(() => void pick(cell), DOUBLE_MS);
+  const shown = lineageStore.shownId.value;
+  centreClick = setTimeout(() => {
+    centreClick = null;
+    if (lineageStore.shownId.value === shown) void pick(cell);
+  }, DOUBLE_MS);
+}
+
+/** Drops a click on the centre that waits. */
+function dropCentreClick() {
+  if (centreClick !== null) clearTimeout(centreClick);
+  centreClick = null;
 }
 
 /** Resets the view in place of breeding from the centre. @param {MouseEvent} event */
 function doubleClick(event) {
-  if (cellOf(event.target) !== "centre" || onButton(event.target)) return;
-  clearTimeout(centreClick);
-  resetView();
+  if (isDouble && cellOf(event.target) === "centre" && !onButton(event.target)) resetView();
 }
 
 /** @param {WheelEvent} event */

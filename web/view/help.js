@@ -18,7 +18,7 @@ const GROUPS = [
   ["Object", [
     [["drag the centre", "middle drag", "Alt drag"], "turn it"],
     [["wheel", "Ctrl middle drag", "pinch"], "scale it"],
-    [["double click the centre"], "object and light as at first"],
+    [["double click the centre"], "reset rotation, scale and the angle of a resting light"],
   ]],
   ["Anywhere", [
     [["Ctrl Z", "Ctrl Shift Z"], "undo, redo"],
@@ -45,7 +45,6 @@ export function Help() {
         <h3 key=${name}>${name}</h3>
         <table><tbody>${rows.map(Row)}</tbody></table>
       `)}
-      <p class="small">More in the <a href="/docs">documentation of the API</a>.</p>
       <div class="row end"><button type="button" data-testid="help-close" onClick=${shut}>Close</button></div>
     </dialog>
   `;

@@ -133,7 +133,7 @@ function ObjectChooser() {
           ${uploaded.map((one) => html`<option value=${one.id} selected=${one.id === present}>${one.name}</option>`)}
           ${!known && html`<option value=${present} selected>uploaded</option>`}
         </select>
-        ${isTurned(sceneStore.editedScene.value) && html`<button type="button" data-testid="reset-view" title="Object and light as at first (double click on the centre)" onClick=${resetView}>Reset view</button>`}
+        ${isTurned(sceneStore.editedScene.value) && html`<button type="button" data-testid="reset-view" title="Resets rotation, scale and light angle (double click on the centre)" onClick=${resetView}>Reset view</button>`}
         <label class="button">
           <input type="file" accept=".obj,model/obj" data-testid="obj-file" aria-label="Open or drop an OBJ" onChange=${filesChosen} />
           <span>Open or drop an OBJ</span>

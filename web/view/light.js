@@ -88,7 +88,7 @@ function Circle() {
           <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${liveStore.supported.value === null} onClick=${() => setLightMoving(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
         </div>
       `}
-    <${Slider} id="light" name="Angle" title="Rotates the lights about the vertical axis" value=${rest} min=${0} max=${360} step=${1} shown=${on ? "moving" : `${Math.round(rest)}°`} dim=${on} disabled=${!sceneStore.scene.value}
+    <${Slider} id="light" name="Angle" title="Rotates the lights about the vertical axis" value=${rest} min=${0} max=${359} step=${1} shown=${on ? "moving" : `${Math.round(rest)}°`} dim=${on} disabled=${!sceneStore.scene.value}
       onInput=${dragAngle} onCommit=${commitAngle} />
     ${liveStore.supported.value !== false && html`
       <${Slider} id="light-speed" name="Speed" value=${liveStore.lightSpeed.value} min=${5} max=${180} step=${5} shown=${`${liveStore.lightSpeed.value}°/s`}

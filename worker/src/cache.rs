@@ -141,7 +141,7 @@ pub(crate) struct Caches {
 }
 
 impl Caches {
-    /// Creates caches in `entries`. Built-in meshes, 8 MB together, are kept beside them.
+    /// Creates caches in `entries`. Built-in meshes are kept beside them.
     pub(crate) fn new(entries: BoundedCache) -> Self {
         Self {
             builtin: Cache::new(BuiltinMesh::ALL.len() as u64 + 1),
@@ -237,8 +237,9 @@ fn bytes_of_set(set: &SampleSet) -> usize {
 
 fn bytes_of(mesh: &LoadedMesh) -> usize {
     // Bytes per vertex: position, normal, tangent and texture coordinate in f64. Bytes per
-    // triangle: three indices.
-    mesh.mesh.vertex_count() * 88 + mesh.mesh.triangle_count() * 12
+    // triangle: three indices, and the triangle and nodes of the tracer that the first picture
+    // builds.
+    mesh.mesh.vertex_count() * 88 + mesh.mesh.triangle_count() * (12 + 144)
 }
 
 #[cfg(test)]

@@ -94,7 +94,8 @@ pub async fn get(
     let mut response = head.answer(&headers, text);
     let hash = individual.hash.to_string();
     let name = format!("attachment; filename=\"brood-{}.{}\"", &hash[..8], format.extension());
-    let name = HeaderValue::from_str(&name).expect("ids and endings are letters and digits");
+    let name =
+        HeaderValue::from_str(&name).expect("hashes and endings are letters, digits and dots");
     response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
     Ok(response)
 }

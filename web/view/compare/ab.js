@@ -19,12 +19,17 @@ import { ProblemBox } from "../problem.js";
 
 const SIDE_PX = 256;
 
+/** Id of the last B that was checked. */
+let checkedB = "";
+
 /** Shows why B has no picture, if the server no longer has B. @param {Individual} b */
 async function checkB(b) {
+  if (checkedB === b.id) return;
+  checkedB = b.id;
   try {
     await getIndividual(b.id);
   } catch (error) {
-    if (problemOf(error).status !== 404) return;
+    if (problemOf(error).status !== 404 || compareStore.pinned.value?.id !== b.id) return;
     showProblem("compare", { problem: { title: "B cannot be drawn", status: 404, detail: "This server does not have B any more; Unpin removes it." } });
   }
 }

@@ -38,7 +38,7 @@ function inspectCentre() {
   const look = async () => {
     await inspect(of);
   };
-  const timer = setTimeout(() => void guarded("centre", look), INSPECT_DELAY_MS);
+  const timer = setTimeout(() => void guarded("centre", look, true), INSPECT_DELAY_MS);
   return () => clearTimeout(timer);
 }
 

@@ -21,12 +21,13 @@ export function listFormats(place) {
   if (lineageStore.exportFormats.peek().length > 0) return;
   void guarded(place, async () => {
     lineageStore.exportFormats.value = await api.listExports();
-  });
+  }, true);
 }
 
 /**
- * What the exports are of: an individual, and the name of its lineage or search.
- * @typedef {{of: Individual, name: string, place: Place}} Exported
+ * An individual to export, and the name of its lineage or search. `isElsewhere`: true if it is not
+ * shown in the scene of the open lineage.
+ * @typedef {{of: Individual, name: string, place: Place, isElsewhere?: boolean}} Exported
  */
 
 /** @param {Exported} props */
@@ -52,7 +53,7 @@ function onScreen() {
 }
 
 /** Pictures of a chosen width and height. @param {Exported} props */
-function Pictures({ of, name, place }) {
+function Pictures({ of, name, place, isElsewhere }) {
   const size = requestedSize(viewStore.exportSides.value);
   return html`
     <li class="of-size"><${SideOfPicture} name="width" /> × <${SideOfPicture} name="height" /> pixels</li>
@@ -60,7 +61,7 @@ function Pictures({ of, name, place }) {
       ? html`<li class="small" role="alert">Width and height must be ${SIDE_PX.min} to ${SIDE_PX.max} pixels.</li>`
       : [["png", "PNG of this size"], ["exr", "EXR of this size, linear"]].map(([format, text]) => html`
         <li key=${format}><${Download} id=${`export-${format}`} text=${text} name=${fileName(name, of.hash, format)} place=${place}
-          path=${() => `/v1/individuals/${of.id}/render.${format}?size=${size}${onScreen()}`} /></li>
+          path=${() => `/v1/individuals/${of.id}/render.${format}?size=${size}${isElsewhere ? "" : onScreen()}`} /></li>
       `)}
   `;
 }
@@ -85,16 +86,18 @@ function Mesh({ place }) {
  * Exports of an individual, and of its brood if that is given.
  * @param {Exported & {within?: Generation}} props
  */
-export function Exports({ of, name, within, place }) {
-  const shared = { of, name, place };
+export function Exports({ of, name, within, place, isElsewhere = false }) {
+  const shared = { of, name, place, isElsewhere };
+  const scene = isElsewhere ? undefined : lineageStore.lineage.value?.scene;
+  const inScene = scene ? `&scene=${scene}` : "";
   return html`
     <details class="exports" data-testid="exports">
       <summary>Export</summary>
       <ul>
         <li><${Download} id="export-brood" text=".brood, the genome as text" name=${fileName(name, of.hash, "brood")} place=${place} path=${() => `/v1/genomes/${of.hash}`} accept="text/x-brood" /></li>
         <${SourceCode} ...${shared} />
-        <li><${Download} id="export-apng" text="Animated PNG, light orbit" name=${fileName(name, of.hash, "apng")} place=${place} path=${() => `/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4`} /></li>
-        <li><${Download} id="export-strip" text="PNG strip of 24 pictures" name=${fileName(name, of.hash, "strip.png")} place=${place} path=${() => `/v1/individuals/${of.id}/strip.png?size=128&frames=24`} /></li>
+        <li><${Download} id="export-apng" text="Animated PNG, light orbit" name=${fileName(name, of.hash, "apng")} place=${place} path=${() => `/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4${inScene}`} /></li>
+        <li><${Download} id="export-strip" text="PNG strip of 24 pictures" name=${fileName(name, of.hash, "strip.png")} place=${place} path=${() => `/v1/individuals/${of.id}/strip.png?size=128&frames=24${inScene}`} /></li>
         <${Pictures} ...${shared} />
         <${Mesh} place=${place} />
         ${within && html`<${OfBrood} within=${within} name=${name} place=${place} />`}

@@ -20,7 +20,7 @@ import { Polar } from "./polar.js";
 
 const SLICE_PX = 288;
 
-const opened = modal();
+const opened = modal(() => listFormats("inspector"));
 
 /** "paper smooth registers 7" as "paper, smooth, 7 registers". @param {string} words */
 const dialectInWords = (words) => words.split(/ (?!\d)/).map((part) => part.replace(/^(\w+) (\d+)$/, "$2 $1")).join(", ");
@@ -88,7 +88,6 @@ const Found = ({ of, found }) => html`
 export function Inspector() {
   if (!lineageStore.inspected.value) return null;
   const { of, name } = lineageStore.inspected.value;
-  listFormats("inspector");
   const found = lineageStore.inspections.value.get(of.hash);
   return html`
     <dialog class="inspector" data-testid="inspector" ref=${opened} aria-labelledby="inspector-title" onClose=${closeInspector}>

@@ -52,6 +52,17 @@ function followScroll(strip) {
   if (known.from !== from || known.to !== to) viewStore.stripColumns.value = { from, to };
 }
 
+/** Observes the size of the strip. @type {ResizeObserver|null} */
+let observer = null;
+
+/** Ref of the strip: draws other columns when its size changes. @param {HTMLElement|null} strip */
+function observe(strip) {
+  if (!strip) return;
+  observer?.disconnect();
+  observer = new ResizeObserver(() => followScroll(strip));
+  observer.observe(strip);
+}
+
 /** Scrolls the strip to the shown generation, once. */
 function scrollToShown() {
   const strip = /** @type {HTMLElement|null} */ (document.querySelector(".strip"));
@@ -105,7 +116,7 @@ export function Strip() {
   const { from, to } = viewStore.stripColumns.value;
   const first = Math.max(0, from);
   return html`
-    <nav class="strip" aria-label="History" data-testid="history" onWheel=${scrollSideways} onScroll=${(/** @type {Event} */ event) => followScroll(/** @type {HTMLElement} */ (event.currentTarget))}>
+    <nav class="strip" aria-label="History" data-testid="history" ref=${observe} onWheel=${scrollSideways} onScroll=${(/** @type {Event} */ event) => followScroll(/** @type {HTMLElement} */ (event.currentTarget))}>
       <div class="track" style=${{ width: scaled(width) }}>
         <svg aria-hidden="true" viewBox=${`0 0 ${width} ${SIDE + ARC}`} style=${{ width: scaled(width), height: scaled(SIDE + ARC) }}>
           ${links(descent, path).filter((link) => link.to >= from && link.from <= to).map((link) => html`<${Link} key=${link.id} ...${link} />`)}

@@ -148,7 +148,7 @@ function Actions({ of, within }) {
       <button type="button" data-testid="found-inspect" disabled=${!one} onClick=${inspect}>Inspect</button>
       <button type="button" data-testid="found-pin" disabled=${!one} title="Pins it as B, beside the centre" onClick=${toB}>Pin as B</button>
     </div>
-    ${one && html`<${Exports} of=${one} name=${within.name} place="found" />`}
+    ${one && html`<${Exports} of=${one} name=${within.name} place="found" isElsewhere />`}
   `;
 }
 

@@ -21,8 +21,8 @@ impl Evidence {
     pub(super) fn error_bound(&self, change: f64, is_program: bool) -> f64 {
         let settled = 2.0 * change + self.gain + ROUNDING;
         if !is_program {
-            // Albedos of layers are smooth: the last stage's quadrature can mislead, and a ridge
-            // may be followed not quite to its top.
+            // Albedos of layers are smooth: errors are those of the last stage's quadrature and of
+            // the last steps of the climb.
             return settled + 0.5 * self.noise[1] + RIDGE;
         }
         // Where a finer quadrature or a short climb changes albedos much, the grid may as well have
@@ -32,7 +32,7 @@ impl Evidence {
     }
 }
 
-/// Relative miss of the top of a ridge by the climb.
+/// Relative error of the last steps of the climb along a ridge.
 const RIDGE: f64 = 1.0 / 2048.0;
 /// Bound of the logarithm of the ratio of a missed peak to the one found.
 const LARGEST_MISS: f64 = 5.0;

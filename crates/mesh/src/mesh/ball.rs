@@ -3,8 +3,8 @@
 use glam::{DVec2, DVec3};
 
 use super::parts::MeshParts;
-use super::revolution::{ProfilePoint, bezier_profile, revolve};
-use crate::angle::{rotation_xyz_deg, sin_cos_deg};
+use super::revolution::{ProfilePoint, bezier_profile, lean, line, revolve};
+use crate::angle::sin_cos_deg;
 
 /// Angle by which the axis of the sphere leans from +y towards +z, so that the default view sees
 /// flat and groove.
@@ -22,11 +22,7 @@ const COLUMNS: u32 = 192;
 /// Builds the arrays. The sphere ends inside the base: both surfaces are closed and intersect.
 pub(super) fn ball() -> MeshParts {
     let mut parts = revolve(&grooved_sphere(), COLUMNS);
-    let lean = rotation_xyz_deg([LEAN_DEG, 0.0, 0.0]);
-    let arrays = [&mut parts.positions, &mut parts.normals, &mut parts.tangents];
-    for vector in arrays.into_iter().flatten() {
-        *vector = lean * *vector;
-    }
+    lean(&mut parts, LEAN_DEG);
     let base = revolve(&bezier_profile(&base(), 12), COLUMNS);
     let first = u32::try_from(parts.positions.len()).expect("a built-in mesh is small");
     parts.positions.extend(base.positions);
@@ -57,8 +53,9 @@ fn groove(latitude_deg: f64) -> (f64, f64) {
 /// Profile of the sphere from its lower pole to the middle of the flat.
 fn grooved_sphere() -> Vec<ProfilePoint> {
     // The edge is a circle that touches sphere and flat from inside.
-    let centre = DVec2::new(((1.0 - EDGE).powi(2) - (FLAT - EDGE).powi(2)).sqrt(), FLAT - EDGE);
-    let edge_deg = centre.y.atan2(centre.x).to_degrees();
+    let (reach, height) = (1.0 - EDGE, FLAT - EDGE);
+    let centre = DVec2::new((reach * reach - height * height).sqrt(), height);
+    let edge_deg = libm::atan2(centre.y, centre.x).to_degrees();
     let mut profile: Vec<ProfilePoint> = Vec::new();
     let mut push = |position: DVec2, normal: DVec2| {
         let v = profile.last().map_or(0.0, |last| last.v + (position - last.position).length());
@@ -103,7 +100,6 @@ fn grooved_sphere() -> Vec<ProfilePoint> {
 /// sphere.
 fn base() -> [[DVec2; 4]; 5] {
     let p = DVec2::new;
-    let line = |a: DVec2, b: DVec2| [a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b];
     [
         line(p(0.0, -1.14), p(0.66, -1.14)),
         [p(0.66, -1.14), p(0.73, -1.14), p(0.73, -1.04), p(0.66, -1.04)],

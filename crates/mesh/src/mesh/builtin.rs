@@ -5,8 +5,8 @@ use glam::{DVec2, DVec3};
 use super::assemble::{RawMesh, assemble};
 use super::ball::ball;
 use super::parts::MeshParts;
-use super::revolution::{ProfilePoint, bezier_profile, revolve};
-use crate::angle::{rotation_xyz_deg, sin_cos_deg};
+use super::revolution::{ProfilePoint, bezier_profile, lean, line, revolve};
+use crate::angle::sin_cos_deg;
 
 /// Procedural mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -112,11 +112,7 @@ fn torus() -> MeshParts {
         })
         .collect();
     let mut parts = revolve(&profile, COLUMNS);
-    let lean = rotation_xyz_deg([TORUS_LEAN_DEG, 0.0, 0.0]);
-    let arrays = [&mut parts.positions, &mut parts.normals, &mut parts.tangents];
-    for vector in arrays.into_iter().flatten() {
-        *vector = lean * *vector;
-    }
+    lean(&mut parts, TORUS_LEAN_DEG);
     parts
 }
 
@@ -179,7 +175,6 @@ fn cube_steps() -> Vec<f64> {
 /// Turned knob: a flange, a bead, a slim neck and a bulb.
 fn knob() -> MeshParts {
     let p = DVec2::new;
-    let line = |a: DVec2, b: DVec2| [a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b];
     let curves = [
         line(p(0.0, -1.0), p(0.74, -1.0)),
         [p(0.74, -1.0), p(0.80, -1.0), p(0.84, -0.96), p(0.84, -0.90)],

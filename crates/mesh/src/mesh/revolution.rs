@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::parts::MeshParts;
-use crate::angle::sin_cos_deg;
+use crate::angle::{rotation_xyz_deg, sin_cos_deg};
 
 /// Point of the profile of a surface of revolution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +50,20 @@ pub(super) fn revolve(profile: &[ProfilePoint], columns: u32) -> MeshParts {
         }
     }
     parts
+}
+
+/// Leans a mesh from +y towards +z.
+pub(super) fn lean(parts: &mut MeshParts, angle_deg: f64) {
+    let rotation = rotation_xyz_deg([angle_deg, 0.0, 0.0]);
+    let arrays = [&mut parts.positions, &mut parts.normals, &mut parts.tangents];
+    for vector in arrays.into_iter().flatten() {
+        *vector = rotation * *vector;
+    }
+}
+
+/// Straight line as a cubic Bézier curve.
+pub(super) fn line(from: DVec2, to: DVec2) -> [DVec2; 4] {
+    [from, from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to]
 }
 
 /// Samples a chain of cubic Bézier curves as a profile with `steps` points per curve and v by arc
