@@ -4,6 +4,7 @@
 import { strict as assert } from "node:assert";
 
 import { allLit, hold, noneLit, slide } from "./live.mjs";
+import { onPixels } from "./pixels.mjs";
 
 /** sRGB 128 in linear light. */
 const HALF = 0.2158605;
@@ -18,13 +19,10 @@ const MAGENTA = [255, 0, 179];
  */
 async function seen(app, cell) {
   const picture = await cell.locator(".pictures").screenshot();
-  return app.page.evaluate(
-    async ([base64, stripe]) => {
-      const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-      const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-      const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-      context.drawImage(image, 0, 0);
-      const { data } = context.getImageData(0, 0, image.width, image.height);
+  return onPixels(
+    app.page,
+    [picture],
+    ([{ data }], stripe) => {
       let [lit, blue, striped] = [0, 0, 0];
       for (let at = 0; at < data.length; at += 4) {
         if (stripe.every((code, k) => Math.abs(data[at + k] - code) <= 2)) striped += 1;
@@ -34,7 +32,7 @@ async function seen(app, cell) {
       }
       return { lit, blue, striped };
     },
-    [picture.toString("base64"), MAGENTA],
+    MAGENTA,
   );
 }
 

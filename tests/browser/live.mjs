@@ -5,6 +5,7 @@ import { strict as assert } from "node:assert";
 
 import { runExports } from "./exports.mjs";
 import { around } from "./materials.mjs";
+import { onPixels } from "./pixels.mjs";
 
 /** Programs that are run both ways. */
 const PROGRAMS = 40;
@@ -48,16 +49,10 @@ export const hold = (app, name, value) =>
  * several shifts: a frame may begin between two pixels.
  */
 function apart(page, shown, wanted) {
-  return page.evaluate(
-    async ([a, b, codes]) => {
-      const pixels = async (base64) => {
-        const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-        const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-        const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-        context.drawImage(image, 0, 0);
-        return context.getImageData(0, 0, image.width, image.height);
-      };
-      const [left, right] = [await pixels(a), await pixels(b)];
+  return onPixels(
+    page,
+    [shown, wanted],
+    ([left, right], codes) => {
       if (left.width !== right.width) throw new Error(`${left.width} and ${right.width} pixels`);
       const shifted = (right_px, down_px) => {
         let off = 0;
@@ -79,7 +74,7 @@ function apart(page, shown, wanted) {
       };
       return Math.min(...[-1, 0, 1].flatMap((x) => [-1, 0, 1].map((y) => shifted(x, y))));
     },
-    [shown.toString("base64"), wanted.toString("base64"), APART_CODES],
+    APART_CODES,
   );
 }
 
@@ -88,16 +83,10 @@ function apart(page, shown, wanted) {
  * within a few pixels in the second.
  */
 function strayed(page, shown, wanted) {
-  return page.evaluate(
-    async ([a, b, near, codes]) => {
-      const pixels = async (base64) => {
-        const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
-        const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-        const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
-        context.drawImage(image, 0, 0);
-        return context.getImageData(0, 0, image.width, image.height);
-      };
-      const [left, right] = [await pixels(a), await pixels(b)];
+  return onPixels(
+    page,
+    [shown, wanted],
+    ([left, right], [near, codes]) => {
       const { width, height } = right;
       const isNear = (x, y) => {
         for (let v = Math.max(0, y - near); v <= Math.min(height - 1, y + near); v++)
@@ -118,7 +107,7 @@ function strayed(page, shown, wanted) {
         }
       return found;
     },
-    [shown.toString("base64"), wanted.toString("base64"), 4, 2],
+    [4, 2],
   );
 }
 

@@ -6,7 +6,10 @@
  */
 import { computed, effect, signal } from "../vendor/signals-core.js";
 
+/** Number of retries after which a picture counts as failed. */
 const RETRIES = 5;
+/** Delay between the retries of a failed picture. */
+const SLOW_MS = 30_000;
 
 /**
  * @typedef {{url: string, of: string}} PictureRequest
@@ -32,13 +35,15 @@ export function loadingPicture(wanted) {
   function load(one, tried) {
     const image = new Image();
     image.addEventListener("load", () => {
-      if (one.url === url) current.value = one;
+      if (one.url !== url) return;
+      failedUrl.value = "";
+      current.value = one;
     });
     image.addEventListener("error", () => {
       if (one.url !== url) return;
-      if (tried < RETRIES)
-        setTimeout(() => one.url === url && load(one, tried + 1), 500 * 2 ** tried);
-      else failedUrl.value = one.url;
+      if (tried >= RETRIES) failedUrl.value = one.url;
+      const delay = tried < RETRIES ? 500 * 2 ** tried : SLOW_MS;
+      setTimeout(() => one.url === url && load(one, tried + 1), delay);
     });
     image.src = one.url;
   }

@@ -96,12 +96,7 @@ function largeUrl(of) {
 }
 
 /** Large picture over the centre's thumbnail. @param {{url: string}} props */
-function Large({ url }) {
-  return html`
-    <img key=${`${url} ${lineageStore.pictureRetries.value.get(url) ?? 0}`} class=${lineageStore.loadedPictures.value.has(url) ? "large" : "large waiting"} src=${url} alt="" draggable=${false}
-      onLoad=${() => pictureLoaded(url)} onError=${() => pictureFailed(url)} />
-  `;
-}
+const Large = ({ url }) => html`<${ServerPicture} url=${url} name=${lineageStore.loadedPictures.value.has(url) ? "large" : "large waiting"} />`;
 
 /** B's pictures in the centre, loaded before they are shown. @param {{of: Individual}} props */
 function Other({ of }) {

@@ -22,7 +22,7 @@ import { isPlain } from "../keys.js";
 import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { TargetSection } from "../search/active_target.js";
-import { Exports, listFormats } from "./exports.js";
+import { Exports } from "./exports.js";
 import { Layers } from "./layers.js";
 
 /**
@@ -70,9 +70,6 @@ function saveNote() {
 }
 
 export function watchDetails() {
-  effect(() => {
-    if (pageStore.detailsOpen.value && lineageStore.generation.value) listFormats("centre");
-  });
   effect(inspectCentre);
   effect(() => {
     // A note of the centre before is saved, even in the middle of a word.

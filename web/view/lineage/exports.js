@@ -17,7 +17,7 @@ import { html } from "../html.js";
 import { viewStore } from "../store.js";
 
 /** Reads the list of languages for source code once. @param {Place} place */
-export function listFormats(place) {
+function listFormats(place) {
   if (lineageStore.exportFormats.peek().length > 0) return;
   void guarded(place, async () => {
     lineageStore.exportFormats.value = await api.listExports();
@@ -91,7 +91,7 @@ export function Exports({ of, name, within, place, isElsewhere = false }) {
   const scene = isElsewhere ? undefined : lineageStore.lineage.value?.scene;
   const inScene = scene ? `&scene=${scene}` : "";
   return html`
-    <details class="exports" data-testid="exports">
+    <details class="exports" data-testid="exports" onToggle=${(/** @type {Event} */ event) => /** @type {HTMLDetailsElement} */ (event.currentTarget).open && listFormats(place)}>
       <summary>Export</summary>
       <ul>
         <li><${Download} id="export-brood" text=".brood, the genome as text" name=${fileName(name, of.hash, "brood")} place=${place} path=${() => `/v1/genomes/${of.hash}`} accept="text/x-brood" /></li>

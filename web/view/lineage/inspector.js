@@ -14,13 +14,13 @@ import { modal, shut } from "../dialog.js";
 import { html } from "../html.js";
 import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
-import { Exports, listFormats } from "./exports.js";
+import { Exports } from "./exports.js";
 import { Code } from "./listing.js";
 import { Polar } from "./polar.js";
 
 const SLICE_PX = 288;
 
-const opened = modal(() => listFormats("inspector"));
+const opened = modal();
 
 /** "paper smooth registers 7" as "paper, smooth, 7 registers". @param {string} words */
 const dialectInWords = (words) => words.split(/ (?!\d)/).map((part) => part.replace(/^(\w+) (\d+)$/, "$2 $1")).join(", ");

@@ -15,7 +15,7 @@ import { errorInWords, hasEnded } from "../../search/words.js";
 import { Pair } from "../compare/pair.js";
 import { Fact, Slider } from "../control.js";
 import { html } from "../html.js";
-import { Exports, listFormats } from "../lineage/exports.js";
+import { Exports } from "../lineage/exports.js";
 import { ProblemBox } from "../problem.js";
 
 /** @param {Found} of */
@@ -140,7 +140,6 @@ function Actions({ of, within }) {
     pin(one, name);
     closeSearches();
   };
-  if (one) listFormats("found");
   return html`
     <div class="result-actions">
       <button type="button" class="primary" data-testid="found-breed" title="Twenty children around it, in its lineage" onClick=${() => breedFound(of)}>Breed from it</button>
