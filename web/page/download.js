@@ -6,23 +6,12 @@
  */
 import { read, readParts } from "../api/request.js";
 import { wasStopped } from "../api/upload.js";
+import { setEntry } from "./entry.js";
 import { guarded } from "./problem.js";
 import { pageStore } from "./store.js";
 
 /** Some browsers read the address of a saved file later. */
 const KEPT_MS = 10_000;
-
-/**
- * Changes the progress of a download.
- * @param {string} name
- * @param {import("../model.js").Download|null} to null if it has ended
- */
-function setProgress(name, to) {
-  const next = new Map(pageStore.downloads.value);
-  if (to) next.set(name, to);
-  else next.delete(name);
-  pageStore.downloads.value = next;
-}
 
 /** Saves a file that the page has. @param {Blob} file @param {string} name */
 export function saveFile(file, name) {
@@ -64,18 +53,18 @@ export async function download(path, name, place, accept) {
   const stopper = new AbortController();
   const stop = () => stopper.abort();
   await guarded(place, async () => {
-    setProgress(name, { received: 0, whole: null, stop });
+    setEntry(pageStore.downloads, name, { received: 0, whole: null, stop });
     try {
       const response = await read(path, { accept, signal: stopper.signal });
       const file = await received(response, (count, whole) =>
-        setProgress(name, { received: count, whole, stop }),
+        setEntry(pageStore.downloads, name, { received: count, whole, stop }),
       );
       saveFile(file, name);
       pageStore.announcement.value = `${name} is saved.`;
     } catch (error) {
       if (!wasStopped(error)) throw error;
     } finally {
-      setProgress(name, null);
+      setEntry(pageStore.downloads, name, null);
     }
   });
 }

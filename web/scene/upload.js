@@ -5,29 +5,18 @@
  * @import { Place } from "../model.js"
  */
 import { sendingBy, wasStopped } from "../api/upload.js";
+import { setEntry } from "../page/entry.js";
 import { sceneStore } from "./store.js";
 
 /** Stop running uploads. @type {Map<Place, AbortController>} */
 const stoppers = new Map();
-
-/**
- * Changes the progress that is shown at a place.
- * @param {Place} place
- * @param {import("../model.js").Upload|null} to null if nothing is uploaded any more
- */
-function setProgress(place, to) {
-  const next = new Map(sceneStore.uploads.value);
-  if (to) next.set(place, to);
-  else next.delete(place);
-  sceneStore.uploads.value = next;
-}
 
 /** Stops the upload of a place, if one runs. @param {Place} place */
 export function stopUpload(place) {
   const present = stoppers.get(place);
   if (!present) return;
   stoppers.delete(place);
-  setProgress(place, null);
+  setEntry(sceneStore.uploads, place, null);
   present.abort();
 }
 
@@ -44,10 +33,10 @@ export async function uploadFile(place, file, route) {
   const stopper = new AbortController();
   stoppers.set(place, stopper);
   const isMine = () => stoppers.get(place) === stopper;
-  setProgress(place, { name: file.name, sent: 0, whole: file.size });
+  setEntry(sceneStore.uploads, place, { name: file.name, sent: 0, whole: file.size });
   /** @param {number} sent @param {number} whole */
   const progress = (sent, whole) => {
-    if (isMine()) setProgress(place, { name: file.name, sent, whole });
+    if (isMine()) setEntry(sceneStore.uploads, place, { name: file.name, sent, whole });
   };
   try {
     const answer = await route(file, sendingBy({ progress, signal: stopper.signal }));
