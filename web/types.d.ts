@@ -917,8 +917,9 @@ export interface components {
             width?: number | null;
         } | {
             /**
-             * @description Name of the picture among the assets, the id of the uploaded file. Equirectangular: upper
-             *     edge +y, middle -z, +x a quarter of the width to the right of the middle.
+             * @description "studio", "overcast", "low-sun", "interior", or the name of the picture among the assets,
+             *     the id of the uploaded file. Equirectangular: upper edge +y, middle -z, +x a quarter of the
+             *     width to the right of the middle.
              */
             image: string;
             /** @enum {string} */

@@ -4,15 +4,18 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
+use brood_genome::{BirthKey, Dialect, Genome, Variation};
+use brood_light::BuiltinEnvironment;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
-use brood_scene::{Sampling, Scene};
+use brood_scene::{MeshRef, Sampling, Scene};
 use brood_worker::Renderer;
 use clap::Args;
 use serde::Serialize;
+use serde_json::json;
 
-use super::measure::{genomes, median, quantile};
+use super::measure::{median, quantile};
 use super::record::CommonArgs;
 use crate::output;
 
@@ -31,8 +34,39 @@ pub struct BenchFrameArgs {
     /// Samples per pixel: `adaptive` or a number; both `adaptive` and 1 by default
     #[arg(long, value_name = "N")]
     samples: Option<Sampling>,
+    /// Built-in environment instead of the default point light
+    #[arg(long, value_name = "NAME", value_parser = environment)]
+    environment: Option<BuiltinEnvironment>,
+    /// Built-in mesh
+    #[arg(long, value_name = "NAME", default_value = "sphere", value_parser = mesh)]
+    mesh: BuiltinMesh,
+    /// Random models instead of random programs
+    #[arg(long)]
+    models: bool,
     #[command(flatten)]
     common: CommonArgs,
+}
+
+impl BenchFrameArgs {
+    /// Returns new materials. Under an environment programs are isotropic and the same everywhere,
+    /// as models are: that light is then prefiltered.
+    fn genomes(&self, seed: u64) -> Vec<Genome> {
+        let even = self.environment.is_some();
+        let length = if self.models { 0 } else { Dialect::default().length };
+        let dialect = Dialect { isotropic: even, homogeneous: even, length, ..Dialect::default() };
+        let random = Variation::random(dialect);
+        (0..self.programs).map(|slot| random.birth(BirthKey { seed, slot, attempt: 0 })).collect()
+    }
+}
+
+fn environment(name: &str) -> Result<BuiltinEnvironment, String> {
+    let names = BuiltinEnvironment::ALL.map(BuiltinEnvironment::name).join(", ");
+    BuiltinEnvironment::from_name(name).ok_or_else(|| format!("must be one of {names}"))
+}
+
+fn mesh(name: &str) -> Result<BuiltinMesh, String> {
+    let names = BuiltinMesh::ALL.map(BuiltinMesh::name).join(", ");
+    BuiltinMesh::from_name(name).ok_or_else(|| format!("must be one of {names}"))
 }
 
 /// Times of all pictures at one size and sampling.
@@ -97,13 +131,18 @@ fn measure(
     size_px: u32,
     samples: Sampling,
 ) -> Result<Row> {
-    let mesh = renderer.builtin(BuiltinMesh::Sphere);
+    let mesh = renderer.builtin(args.mesh);
     let how = (PictureFormat::Png, Backend::Cpu);
-    let frame = Frame::new(&Scene::default(), MeshSource::Builtin, size_px, samples, how);
+    let mut scene = Scene { mesh: MeshRef::Builtin(args.mesh), ..Scene::default() };
+    if let Some(environment) = args.environment {
+        let light = json!({"kind": "environment", "image": environment.name()});
+        scene.lights = vec![serde_json::from_value(light)?];
+    }
+    let frame = Frame::new(&scene, MeshSource::Builtin, size_px, samples, how);
     let (mut total, mut lowering) = (Vec::new(), Vec::new());
     // The first round builds the sample set and is not counted.
     for round in 0..=args.repeats {
-        let genomes = genomes(args.common.seed.wrapping_add(round.into()), args.programs);
+        let genomes = args.genomes(args.common.seed.wrapping_add(round.into()));
         let start = Instant::now();
         let programs: Vec<Program> = genomes.iter().map(Program::lower).collect();
         let lowered = start.elapsed().as_secs_f64() * 1e3;

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use brood_eval::decode_environment;
-use brood_light::{AssetRef, IesProfile, Light, LightAssets};
+use brood_light::{AssetRef, BuiltinEnvironment, IesProfile, Light, LightAssets};
 use brood_protocol::LightAssetKind;
 use brood_scene::Scene;
 use brood_storage::{StorageError, Store};
@@ -43,8 +43,15 @@ pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
                 return Err(ApiError::refused(words).at(pointer));
             }
             Err(StorageError::NotFound) => {
+                let builtin = match expected {
+                    LightAssetKind::Profile => String::new(),
+                    LightAssetKind::Environment => {
+                        let names = BuiltinEnvironment::ALL.map(BuiltinEnvironment::name);
+                        format!(" name one of {}, or", names.join(", "))
+                    }
+                };
                 let words = format!(
-                    "there is no {} {}; upload one with `POST /v1/{}s`",
+                    "there is no {} {};{builtin} upload one with `POST /v1/{}s`",
                     expected.name(),
                     quote(name),
                     expected.name()

@@ -67,6 +67,23 @@ async fn scenes_are_lit_by_uploaded_files_which_are_exported_with_their_lineage(
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn built_in_environments_are_named_in_scenes() {
+    let server = TestServer::start();
+    let mut seen = Vec::new();
+    for name in ["studio", "overcast", "low-sun", "interior"] {
+        let lights = json!([{"kind": "environment", "image": name, "rotation_deg": 30}]);
+        let picture = thumbnail(&server, &clay(&server, &lights).await).await;
+        assert!(!seen.contains(&picture), "{name}");
+        seen.push(picture);
+    }
+    let lights = json!([{"kind": "environment", "image": "beach"}]);
+    let refused = server.post("/v1/scenes", &json!({"lights": lights})).await.expect(404).json();
+    assert_eq!(refused["pointer"], "/lights/0/image", "{refused}");
+    let words = text_of(&refused["detail"]);
+    assert!(words.contains("studio, overcast, low-sun, interior"), "{words}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn every_kind_of_light_makes_a_different_picture() {
     let server = TestServer::start();
     let lights = [

@@ -5,12 +5,15 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
+use brood_eval::GatheredLight;
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
-use brood_scene::{Film, MeshRef, PictureSize, SampleSet, Sampling, Scene};
+use brood_scene::{
+    Film, LobeTable, MeshRef, PictureSize, PrefilteredLight, SampleSet, Sampling, Scene,
+};
 use moka::sync::Cache;
 
 use crate::bounded_cache::BoundedCache;
@@ -19,6 +22,8 @@ use crate::render_counters::RenderCounters;
 /// Bytes per sample for inputs that are computed after a sample set was weighed: eight f32 cover
 /// the dialect `paper`.
 const LATER_INPUT_BYTES: usize = 32;
+/// Largest size of gathered light that is kept: that of pictures of about 300 pixels a side.
+const GATHERED_BYTES_MAX: usize = 112 << 20;
 /// Bytes per packed word of a program with its translations.
 const PROGRAM_BYTES: usize = 64;
 
@@ -102,6 +107,10 @@ impl<'a> SceneView<'a> {
 
     fn render(&self, raster: Raster) -> SampleSet {
         SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)
+    }
+
+    fn render_prefiltered(&self, raster: Raster) -> (SampleSet, PrefilteredLight) {
+        SampleSet::render_prefiltered(self.mesh, self.scene, self.assets, raster)
     }
 
     /// Samples some pixels, columns and rows, of the whole picture. Not cached: the pixels depend
@@ -190,6 +199,41 @@ impl Caches {
         set
     }
 
+    /// Returns the sample set of a raster without environments, and their prefiltered light.
+    pub(crate) fn prefiltered(&self, view: &SceneView<'_>, raster: Raster) -> Arc<PrefilteredSet> {
+        let mut made = false;
+        let set = self.counters.timed(
+            || {
+                let make = || {
+                    made = true;
+                    let (set, light) = view.render_prefiltered(raster);
+                    let gathered_bytes = GatheredLight::bytes_for(&light);
+                    let gathered =
+                        (gathered_bytes <= GATHERED_BYTES_MAX).then(|| GatheredLight::new(&light));
+                    let kept = if gathered.is_some() { gathered_bytes } else { 0 };
+                    let bytes = bytes_of_set(&set) + light.bytes() + kept;
+                    Ok::<_, Infallible>((Arc::new(PrefilteredSet { set, light, gathered }), bytes))
+                };
+                let key = *view.set_key(raster).as_bytes();
+                self.entries.get_or_make(key, make).unwrap_or_else(|error| match *error {})
+            },
+            |sets_us| RenderStats { sets_us, ..RenderStats::default() },
+        );
+        let (sets_made, sets_reused) = (u64::from(made), u64::from(!made));
+        self.counters.add(RenderStats { sets_made, sets_reused, ..RenderStats::default() });
+        set
+    }
+
+    /// Returns the tables of programs that are in the cache; `class` tells evaluators apart that
+    /// compute other bits.
+    pub(crate) fn lobe_table(&self, class: u8, program: &Program) -> Option<Arc<LobeTable>> {
+        self.entries.get(table_key(class, program))
+    }
+
+    pub(crate) fn keep_lobe_table(&self, class: u8, program: &Program, table: Arc<LobeTable>) {
+        self.entries.insert(table_key(class, program), table, LobeTable::BYTES);
+    }
+
     /// Like [`Caches::sample_set`], for callers inside a rayon task. It never waits for another
     /// task that computes the same set: that task may itself be suspended below the caller on the
     /// same thread, which would deadlock. Computing a set twice is harmless.
@@ -229,6 +273,21 @@ impl Caches {
         self.entries.insert(key, program.clone(), PROGRAM_BYTES * words.len());
         Ok(program)
     }
+}
+
+/// Sample set of the lights that are sampled, and the light that is not.
+pub(crate) struct PrefilteredSet {
+    pub(crate) set: SampleSet,
+    pub(crate) light: PrefilteredLight,
+    /// `None` for large pictures, which gather the light again for every batch.
+    pub(crate) gathered: Option<GatheredLight>,
+}
+
+fn table_key(class: u8, program: &Program) -> [u8; 32] {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(&[class]);
+    hasher.update(program.hash().as_bytes());
+    *hasher.finalize().as_bytes()
 }
 
 fn bytes_of_set(set: &SampleSet) -> usize {

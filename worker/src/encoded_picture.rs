@@ -30,7 +30,7 @@ impl EncodedPicture {
             PictureFormat::Png => Self::png(&picture.develop()?),
             PictureFormat::Exr => Self::exr(&picture.radiance()?)?,
         };
-        let samples = picture.set.len() as u64;
+        let samples = picture.samples;
         Ok(Self { samples, operations: samples * program.operations() as u64, ..encoded })
     }
 

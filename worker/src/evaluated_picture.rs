@@ -4,8 +4,8 @@
 use std::sync::{Arc, OnceLock};
 
 use brood_eval::{
-    Developed, FineSamples, Gain, RadianceImage, Refinement, RoughTile, develop_samples,
-    refine_radiance, rough_tile_count, rough_tiles, shade,
+    Developed, FineSamples, Gain, RadianceImage, Refinement, RoughTile, develop_exposed,
+    develop_samples, refine_radiance, rough_tile_count, rough_tiles, shade,
 };
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, RenderStats};
@@ -23,6 +23,27 @@ pub(crate) struct EvaluatedPicture<'a> {
     /// Requested part of the set's image, in pixels of the whole picture.
     pub(crate) area: PixelArea,
     pub(crate) refiner: Refiner<'a>,
+    /// Light that is not in the samples.
+    pub(crate) prefiltered: Option<Prefiltered<'a>>,
+    /// Number of samples evaluated.
+    pub(crate) samples: u64,
+}
+
+/// Radiance of prefiltered light.
+pub(crate) struct Prefiltered<'a> {
+    /// Radiance of all light.
+    pub(crate) image: &'a RadianceImage,
+    /// Radiance times coverage of this light alone.
+    pub(crate) radiance: &'a [[f32; 3]],
+}
+
+impl Prefiltered<'_> {
+    /// Adds this light to the radiance of a covered part of a pixel.
+    fn added_to(&self, pixel: usize, radiance: [f32; 3]) -> [f32; 3] {
+        let coverage = self.image.coverage()[pixel];
+        let own = self.radiance[pixel];
+        [0, 1, 2].map(|c| radiance[c] + own[c] / coverage)
+    }
 }
 
 /// Inputs for supersampling some of the pixels.
@@ -66,9 +87,18 @@ impl FineTiles {
 impl EvaluatedPicture<'_> {
     /// Returns the developed picture.
     pub(crate) fn develop(&self) -> Result<Developed, RenderError> {
-        let mut developed = develop_samples(self.set, self.f, self.gain);
+        let mut developed = match &self.prefiltered {
+            Some(light) => develop_exposed(light.image, self.gain),
+            None => develop_samples(self.set, self.f, self.gain),
+        };
         let rough = rough_tiles(self.set, &developed);
-        self.refine(rough, |pixel, radiance| developed.put(pixel, radiance, self.gain))?;
+        self.refine(rough, |pixel, radiance| {
+            let radiance = match &self.prefiltered {
+                Some(light) => light.added_to(pixel, radiance),
+                None => radiance,
+            };
+            developed.put(pixel, radiance, self.gain);
+        })?;
         Ok(match self.own_area() {
             Some(own) => developed.crop(own),
             None => developed,
@@ -92,6 +122,9 @@ impl EvaluatedPicture<'_> {
             rough_samples: samples,
             ..RenderStats::default()
         });
+        if let Some(light) = &self.prefiltered {
+            image.add(light.radiance);
+        }
         Ok(match self.own_area() {
             Some(own) => image.crop(own),
             None => image,
@@ -128,6 +161,9 @@ impl EvaluatedPicture<'_> {
     /// Returns the automatic exposure of the whole picture: linear radiance does not depend on the
     /// film.
     fn automatic_gain(&self) -> Result<Gain, RenderError> {
+        if let Some(light) = &self.prefiltered {
+            return Ok(Gain::of_image(Exposure::Auto, light.image));
+        }
         if self.own_area().is_none() {
             return Ok(Gain::new(Exposure::Auto, self.set, self.f));
         }

@@ -47,6 +47,8 @@ mod view_comparison;
 
 #[cfg(test)]
 mod lease_tests;
+#[cfg(test)]
+mod renderer_tests;
 
 pub use cache::LoadedMesh;
 pub use error::RenderError;

@@ -3,19 +3,19 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use brood_eval::{Developed, Gain};
+use brood_eval::{Developed, Gain, is_prefilterable, lobe_tables, shade, shade_prefiltered};
 use brood_light::LightAssets;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{Backend, BackendReport, Frame, RenderStats, RenderedPicture, WorkerReport};
-use brood_scene::{Exposure, Film, PixelArea, SampleSet, Sampling};
+use brood_scene::{Exposure, Film, LobeNodes, LobeTable, PixelArea, SampleSet, Sampling};
 use rayon::prelude::*;
 
 use crate::bounded_cache::BoundedCache;
 use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, SceneView};
 use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
-use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Refiner};
+use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner};
 use crate::evaluator::Evaluators;
 use crate::render_counters::micros;
 use crate::target_cache::TargetCache;
@@ -24,6 +24,15 @@ use crate::target_cache::TargetCache;
 /// would take 13 GB.
 const BATCH_FLOATS: usize = 32 << 20;
 const DEFAULT_CACHE_BYTES: u64 = 256 << 20;
+
+/// View, frame and film of a batch of pictures.
+struct Shot<'a> {
+    view: SceneView<'a>,
+    frame: &'a Frame,
+    film: Film,
+    /// Requested part of the picture.
+    area: PixelArea,
+}
 
 /// Renders frames with one choice of evaluator, and caches meshes, sample sets and programs.
 pub struct Renderer {
@@ -225,16 +234,115 @@ impl Renderer {
         }
         let assets = self.loaded_assets();
         let view = SceneView::new(&scene, mesh, &assets);
+        let shot = Shot { view, frame, film: scene.film, area };
+        let is_prefiltered = |program: &Program| {
+            sampling == Sampling::Adaptive && scene.is_prefilterable() && is_prefilterable(program)
+        };
+        let of_kind = |kind: bool| {
+            let pairs = programs.iter().enumerate();
+            pairs.filter(move |(_, program)| is_prefiltered(program) == kind)
+        };
+        let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
+        for kind in [true, false] {
+            let (places, own): (Vec<usize>, Vec<&Program>) = of_kind(kind).unzip();
+            if own.is_empty() {
+                continue;
+            }
+            let images = if kind {
+                self.prefiltered_images(&shot, &own, &finish)?
+            } else {
+                self.sampled_images(&shot, &own, &finish)?
+            };
+            for (place, image) in places.into_iter().zip(images) {
+                done[place] = Some(image);
+            }
+        }
+        Ok(done.into_iter().flatten().collect())
+    }
+
+    /// Evaluates the programs in batches on the samples of all lights.
+    fn sampled_images<T: Send>(
+        &self,
+        shot: &Shot<'_>,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &EvaluatedPicture<'_>) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let Shot { view, frame, film, area } = shot;
+        let (size_px, sampling) = (frame.size_px, frame.sampling);
         // Adaptive sampling needs the neighbours of each pixel, to decide if it is rough.
         let traced_area =
-            if sampling == Sampling::Adaptive { area.with_border(size_px) } else { area };
-        let set = self.caches.sample_set(&view, Raster { size_px, sampling, area: traced_area });
-        let gains = if area == whole {
+            if sampling == Sampling::Adaptive { area.with_border(size_px) } else { *area };
+        let set = self.caches.sample_set(view, Raster { size_px, sampling, area: traced_area });
+        let gains = if *area == PixelArea::whole(size_px) {
             None
         } else {
-            Some(self.gains(&view, scene.film, frame, programs)?)
+            Some(self.gains(view, *film, frame, programs)?)
         };
-        let tiles = FineTiles::new(size_px);
+        self.evaluated(shot, programs, &set, |index, program, f, refiner| {
+            let gain = match &gains {
+                Some(gains) => gains[index],
+                None => Gain::new(*film, &set, f),
+            };
+            let samples = set.len() as u64;
+            let picture = EvaluatedPicture {
+                set: &set,
+                f,
+                gain,
+                area: *area,
+                refiner,
+                prefiltered: None,
+                samples,
+            };
+            finish(program, &picture)
+        })
+    }
+
+    /// Evaluates the programs on the samples of the other lights, and adds prefiltered
+    /// environments.
+    fn prefiltered_images<T: Send>(
+        &self,
+        shot: &Shot<'_>,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &EvaluatedPicture<'_>) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let Shot { view, frame, film, area } = shot;
+        let size_px = frame.size_px;
+        // Parts are cut from the whole picture, which decides the exposure and costs little.
+        let whole = PixelArea::whole(size_px);
+        let raster = Raster { size_px, sampling: Sampling::Adaptive, area: whole };
+        let made = self.caches.prefiltered(view, raster);
+        let tables = self.lobe_tables(frame.backend, programs)?;
+        let tables: Vec<&LobeTable> = tables.iter().map(|table| &**table).collect();
+        let pixels = usize::try_from(whole.pixels()).expect("a picture fits the memory");
+        let started = Instant::now();
+        let radiance = shade_prefiltered(&tables, &made.light, made.gathered.as_ref(), pixels);
+        self.caches.counters.add(RenderStats {
+            evaluation_us: micros(started.elapsed()),
+            ..RenderStats::default()
+        });
+        let set = &made.set;
+        self.evaluated(shot, programs, set, |index, program, f, refiner| {
+            let mut image = shade(set, f);
+            image.add(&radiance[index]);
+            let gain = Gain::of_image(*film, &image);
+            let prefiltered = Some(Prefiltered { image: &image, radiance: &radiance[index] });
+            let samples = (set.len() + LobeNodes::get().set().len()) as u64;
+            let area = *area;
+            finish(program, &EvaluatedPicture { set, f, gain, area, refiner, prefiltered, samples })
+        })
+    }
+
+    /// Evaluates the programs in batches on a set, and finishes the pictures in parallel. `finish`
+    /// also receives the index of the program.
+    fn evaluated<T: Send>(
+        &self,
+        shot: &Shot<'_>,
+        programs: &[&Program],
+        set: &SampleSet,
+        finish: impl Fn(usize, &Program, &[f32], Refiner<'_>) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let Shot { view, frame, .. } = shot;
+        let tiles = FineTiles::new(frame.size_px);
         let floats = 3 * set.len();
         let batch = (BATCH_FLOATS / floats.max(1)).max(1);
         let mut out = std::mem::take(&mut *self.buffer());
@@ -242,7 +350,7 @@ impl Renderer {
         for (number, programs) in programs.chunks(batch).enumerate() {
             let counters = &self.caches.counters;
             counters.timed(
-                || self.evaluators.eval(frame.backend, programs, &set, &mut out),
+                || self.evaluators.eval(frame.backend, programs, set, &mut out),
                 |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
             )?;
             let counts = set.counts();
@@ -255,14 +363,10 @@ impl Renderer {
                 .enumerate()
                 .map(|(index, program)| {
                     let f = &out[index * floats..(index + 1) * floats];
-                    let gain = match &gains {
-                        Some(gains) => gains[number * batch + index],
-                        None => Gain::new(scene.film, &set, f),
-                    };
                     let (caches, evaluators) = (&self.caches, &self.evaluators);
-                    let (view, tiles) = (&view, &tiles);
+                    let tiles = &tiles;
                     let refiner = Refiner { caches, evaluators, view, frame, program, tiles };
-                    finish(program, &EvaluatedPicture { set: &set, f, gain, area, refiner })
+                    finish(number * batch + index, program, f, refiner)
                 })
                 .collect();
             done.extend(results?);
@@ -271,6 +375,35 @@ impl Renderer {
         }
         *self.buffer() = out;
         Ok(done)
+    }
+
+    /// Returns the tables of programs, from the cache if possible.
+    fn lobe_tables(
+        &self,
+        backend: Backend,
+        programs: &[&Program],
+    ) -> Result<Vec<Arc<LobeTable>>, RenderError> {
+        let class = u8::from(backend == Backend::Reference);
+        let mut tables: Vec<Option<Arc<LobeTable>>> =
+            programs.iter().map(|program| self.caches.lobe_table(class, program)).collect();
+        let missing: Vec<usize> = (0..tables.len()).filter(|k| tables[*k].is_none()).collect();
+        if !missing.is_empty() {
+            let programs: Vec<&Program> = missing.iter().map(|k| programs[*k]).collect();
+            let made = self.caches.counters.timed(
+                || {
+                    lobe_tables(&programs, |programs, set, out| {
+                        self.evaluators.eval(backend, programs, set, out)
+                    })
+                },
+                |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
+            )?;
+            for ((k, program), table) in missing.into_iter().zip(programs).zip(made) {
+                let table = Arc::new(table);
+                self.caches.keep_lobe_table(class, program, table.clone());
+                tables[k] = Some(table);
+            }
+        }
+        Ok(tables.into_iter().flatten().collect())
     }
 
     /// Returns the exposure of the whole picture of each program, for rendering a part of it.
@@ -300,187 +433,5 @@ impl Renderer {
     /// Output buffer of the last batch, reused to avoid page faults.
     fn buffer(&self) -> std::sync::MutexGuard<'_, Vec<f32>> {
         self.reflectances.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use brood_genome::{BirthKey, Dialect, Variation};
-    use brood_protocol::{MeshSource, PictureFormat};
-    use brood_scene::{PictureSize, Scene};
-
-    use super::*;
-
-    fn programs(count: u32) -> Vec<Program> {
-        let random = Variation::random(Dialect::default());
-        let birth = |slot| random.birth(BirthKey { seed: 3, slot, attempt: 0 });
-        (0..count).map(|slot| Program::lower(&birth(slot))).collect()
-    }
-
-    fn frame(format: PictureFormat, backend: Backend) -> Frame {
-        Frame::new(&Scene::default(), MeshSource::Builtin, 24, 2, (format, backend))
-    }
-
-    #[test]
-    fn picture_does_not_depend_on_rest_of_batch() {
-        let renderer = Renderer::new(Backend::Cpu);
-        let mesh = renderer.builtin(BuiltinMesh::Knob);
-        let frame = frame(PictureFormat::Png, Backend::Auto);
-        let programs = programs(7);
-        let all: Vec<&Program> = programs.iter().collect();
-        let together = renderer.render(&frame, &mesh, &all).unwrap();
-        for (picture, program) in together.iter().zip(&programs) {
-            let alone = renderer.render(&frame, &mesh, &[program]).unwrap();
-            assert_eq!(alone[0], *picture);
-            assert_eq!(picture.key, frame.key(program));
-            assert!(picture.samples > 0 && picture.operations >= picture.samples);
-        }
-    }
-
-    #[test]
-    fn area_equals_crop_of_whole_picture() {
-        let renderer = Renderer::new(Backend::Cpu);
-        let mesh = renderer.builtin(BuiltinMesh::Knob);
-        let programs = programs(3);
-        let programs: Vec<&Program> = programs.iter().collect();
-        for exposure in [Exposure::Auto, Exposure::Ev(0.5)] {
-            for sampling in [Sampling::Adaptive, Sampling::Fixed(1), Sampling::Fixed(5)] {
-                let mut scene = Scene::default();
-                scene.film.exposure = exposure;
-                let how = (PictureFormat::Png, Backend::Cpu);
-                let frame = Frame::new(&scene, MeshSource::Builtin, 40, sampling, how);
-                let whole = renderer.develop(&frame, &mesh, &programs).unwrap();
-                for area in ["0,0,40,40", "11,6,17,21", "0,19,40,1", "39,39,1,1", "20,0,1,40"] {
-                    let area: PixelArea = area.parse().unwrap();
-                    let frame = frame.clone().with_area(Some(area));
-                    let parts = renderer.develop(&frame, &mesh, &programs).unwrap();
-                    for (part, whole) in parts.iter().zip(&whole) {
-                        assert_eq!((part.width, part.height), (area.width, area.height));
-                        assert_eq!(part.exposure_ev, whole.exposure_ev, "{area} {sampling}");
-                        let row = 4 * area.width as usize;
-                        for (y, own) in part.rgba.chunks(row).enumerate() {
-                            let start = 4 * ((area.y as usize + y) * 40 + area.x as usize);
-                            assert_eq!(own, &whole.rgba[start..start + row], "{area} {sampling}");
-                        }
-                    }
-                }
-            }
-        }
-        let beyond = "30,0,11,1".parse().ok();
-        let frame = frame(PictureFormat::Png, Backend::Cpu).with_area(beyond);
-        let refused = renderer.render(&frame, &mesh, &programs);
-        assert!(matches!(refused, Err(RenderError::Area { .. })), "{refused:?}");
-    }
-
-    #[test]
-    fn area_of_a_wide_or_tall_picture_equals_its_crop() {
-        // Stripes, so that pixels in all tiles are rough.
-        let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
-        let genome: brood_genome::Genome = text.parse().unwrap();
-        let program = Program::lower(&genome);
-        let renderer = Renderer::new(Backend::Cpu);
-        let mesh = renderer.builtin(BuiltinMesh::Sphere);
-        let camera = serde_json::from_str(r#"{"camera": {"distance": 2.5}}"#);
-        for scene in [Scene::default(), camera.unwrap()] {
-            for (size, area) in [("75x40", "20,5,40,30"), ("40x75", "5,20,30,40")] {
-                let size: PictureSize = size.parse().unwrap();
-                let area: PixelArea = area.parse().unwrap();
-                let how = (PictureFormat::Png, Backend::Cpu);
-                let frame = Frame::new(&scene, MeshSource::Builtin, size, Sampling::Adaptive, how);
-                let develop = |renderer: &Renderer, frame: &Frame| {
-                    renderer.develop(frame, &mesh, &[&program]).unwrap().remove(0)
-                };
-                let radiance = |renderer: &Renderer, frame: &Frame| {
-                    let linear =
-                        renderer.images(frame, &mesh, &[&program], |_, image| image.radiance());
-                    linear.unwrap().remove(0)
-                };
-                let (whole, linear) = (develop(&renderer, &frame), radiance(&renderer, &frame));
-                assert_eq!((whole.width, whole.height), (size.width, size.height));
-                let part = frame.with_area(Some(area));
-                let fresh = Renderer::new(Backend::Cpu);
-                assert_eq!(develop(&fresh, &part), whole.crop(area), "{size}");
-                let found = radiance(&Renderer::new(Backend::Cpu), &part);
-                let expected = linear.crop(area);
-                assert_eq!(found.premultiplied(), expected.premultiplied(), "{size}");
-            }
-        }
-    }
-
-    #[test]
-    fn adaptive_sampling_reduces_error_and_does_not_depend_on_caches() {
-        // Stripes about two pixels wide in the middle of the sphere, finer towards its edges.
-        let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
-        let genome: brood_genome::Genome = text.parse().unwrap();
-        let program = Program::lower(&genome);
-        let mut scene = Scene::default();
-        scene.film.exposure = Exposure::Ev(-1.0);
-        let develop = |renderer: &Renderer, sampling: Sampling, area: Option<PixelArea>| {
-            let how = (PictureFormat::Png, Backend::Cpu);
-            let frame = Frame::new(&scene, MeshSource::Builtin, 72, sampling, how).with_area(area);
-            let mesh = renderer.builtin(BuiltinMesh::Sphere);
-            renderer.develop(&frame, &mesh, &[&program]).unwrap().remove(0)
-        };
-        let renderer = Renderer::new(Backend::Cpu);
-        let many = develop(&renderer, Sampling::Fixed(256), None);
-        let error = |picture: &Developed| -> f64 {
-            let pairs = picture.rgba.iter().zip(&many.rgba);
-            pairs.map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2)).sum()
-        };
-        let one = develop(&renderer, Sampling::Fixed(1), None);
-        let adaptive = develop(&renderer, Sampling::Adaptive, None);
-        assert!(error(&adaptive) < 0.6 * error(&one), "{} {}", error(&adaptive), error(&one));
-        let fresh = Renderer::new(Backend::Cpu);
-        let area: PixelArea = "30,30,20,9".parse().unwrap();
-        assert_eq!(develop(&fresh, Sampling::Adaptive, Some(area)), adaptive.crop(area));
-        for threads in [1, 3] {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let again = pool.install(|| develop(&fresh, Sampling::Adaptive, None));
-            assert_eq!(again, adaptive, "{threads}");
-        }
-    }
-
-    #[test]
-    fn pictures_of_gpu_and_cpu_are_byte_identical() {
-        let gpu = Renderer::new(Backend::Gpu);
-        let required = std::env::var("BROOD_REQUIRE_GPU").is_ok_and(|value| value == "1");
-        assert!(gpu.worker_report().gpu || !required, "{:?}", gpu.report());
-        let frame = frame(PictureFormat::Png, Backend::Auto);
-        let programs = programs(5);
-        let programs: Vec<&Program> = programs.iter().collect();
-        let render = |renderer: &Renderer| {
-            let mesh = renderer.builtin(BuiltinMesh::Sphere);
-            renderer.render(&frame, &mesh, &programs).unwrap()
-        };
-        assert_eq!(render(&gpu), render(&Renderer::new(Backend::Cpu)));
-    }
-
-    #[test]
-    fn pictures_decode_to_requested_size() {
-        let renderer = Renderer::new(Backend::Cpu);
-        let mesh = renderer.builtin(BuiltinMesh::Torus);
-        let programs = programs(1);
-        for backend in [Backend::Cpu, Backend::Reference] {
-            let png = frame(PictureFormat::Png, backend);
-            let picture = renderer.render(&png, &mesh, &[&programs[0]]).unwrap().remove(0);
-            let (width, height, rgba) = brood_eval::decode_png(&picture.bytes).unwrap();
-            assert_eq!((width, height), (24, 24));
-            assert!(rgba.chunks(4).any(|pixel| pixel[3] > 0 && pixel[0] > 0));
-            let exr = frame(PictureFormat::Exr, backend);
-            let picture = renderer.render(&exr, &mesh, &[&programs[0]]).unwrap().remove(0);
-            assert!(picture.bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
-        }
-    }
-
-    #[test]
-    fn uploaded_mesh_is_rejected_when_content_hash_differs() {
-        let renderer = Renderer::new(Backend::Cpu);
-        let mesh = LoadedMesh::new(brood_mesh::Mesh::builtin(BuiltinMesh::Cube));
-        let hash = *mesh.hash();
-        assert!(matches!(renderer.cache_uploaded(&[0; 32], mesh), Err(RenderError::MeshContent)));
-        let mesh = LoadedMesh::new(brood_mesh::Mesh::builtin(BuiltinMesh::Cube));
-        assert!(renderer.uploaded(&hash).is_none());
-        renderer.cache_uploaded(&hash, mesh).unwrap();
-        assert!(renderer.uploaded(&hash).is_some());
     }
 }

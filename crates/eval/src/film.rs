@@ -27,7 +27,12 @@ use crate::radiance::{RadianceImage, ReflectedLight};
 /// linear 0.9 (docs/maths/film.md).
 #[must_use]
 pub fn develop(image: &RadianceImage, film: impl Into<Film>) -> Developed {
-    let gain = Gain::of(film.into(), || image.centres().to_vec());
+    develop_exposed(image, Gain::of_image(film, image))
+}
+
+/// Develops a radiance image with a known gain.
+#[must_use]
+pub fn develop_exposed(image: &RadianceImage, gain: Gain) -> Developed {
     let rgba = with_curve(gain.tone, Pixels { image, factor: gain.factor });
     Developed { width: image.width(), height: image.height(), rgba, exposure_ev: gain.ev }
 }

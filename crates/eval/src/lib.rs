@@ -33,6 +33,7 @@ mod layer;
 mod level;
 mod model;
 mod picture;
+mod prefiltered;
 mod preview;
 mod radiance;
 mod reference;
@@ -47,8 +48,8 @@ pub use energy::{
 };
 pub use evaluator::{EvalError, EvalResult, Evaluator};
 pub use film::{
-    Developed, FineSamples, Gain, Refinement, RoughTile, decode_srgb, develop, develop_samples,
-    encode_srgb, refine_radiance, rough_tile_count, rough_tiles,
+    Developed, FineSamples, Gain, Refinement, RoughTile, decode_srgb, develop, develop_exposed,
+    develop_samples, encode_srgb, refine_radiance, rough_tile_count, rough_tiles,
 };
 pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,
@@ -61,6 +62,7 @@ pub use picture::{
     decode_environment, decode_linear, decode_png, encode_apng, encode_exr, encode_png,
     picture_size, sheet,
 };
+pub use prefiltered::{GatheredLight, is_prefilterable, lobe_tables, shade_prefiltered};
 pub use preview::{Preview, PreviewScorer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_brdf, shade_each};
 pub use reference::ReferenceEvaluator;

@@ -54,6 +54,20 @@ impl RadianceImage {
         self.premultiplied[pixel] = premultiplied;
     }
 
+    /// Adds radiance times coverage to every pixel. Automatic exposure then measures the means of
+    /// pixels that are covered to one half or more.
+    ///
+    /// # Panics
+    /// If `more` has another number of pixels.
+    pub fn add(&mut self, more: &[[f32; 3]]) {
+        assert_eq!(more.len(), self.premultiplied.len(), "one radiance for each pixel");
+        for (sum, more) in self.premultiplied.iter_mut().zip(more) {
+            *sum = [sum[0] + more[0], sum[1] + more[1], sum[2] + more[2]];
+        }
+        let covered = self.premultiplied.iter().zip(&*self.coverage).filter(|(_, c)| **c >= 0.5);
+        self.centres = covered.map(|(sum, c)| largest(*sum) / c).collect();
+    }
+
     /// Returns a part of the picture; `area` counts from the upper left corner of this picture.
     /// Automatic exposure still measures the whole picture.
     ///

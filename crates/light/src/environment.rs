@@ -3,12 +3,25 @@
 //! Owns the equirectangular pixels and their cumulative sums. Does no I/O: the caller decodes files
 //! to linear pixels.
 
+mod builtin;
+mod filtered;
+mod grid;
+mod prefiltered;
+mod pyramid;
+mod sphere_map;
+
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 use brood_mesh::angle::sin_cos_deg;
 use glam::DVec3;
 
 use crate::units::luminance;
+pub use builtin::BuiltinEnvironment;
+use filtered::Filtered;
+pub use filtered::{SPOTS_MAX, Spots};
+use grid::PixelGrid;
+pub use prefiltered::PrefilteredEnvironment;
 
 /// Largest number of pixels: a map of 8192 x 4096.
 const PIXELS_MAX: usize = 1 << 25;
@@ -39,24 +52,22 @@ pub enum EnvironmentError {
 /// it, as seen looking along -z.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnvironmentMap {
-    width: usize,
-    height: usize,
-    pixels: Vec<[f32; 3]>,
-    /// Cosine of the polar angle at the upper edge of each row, then at the lower edge of the last.
-    edge_cosines: Vec<f64>,
+    grid: PixelGrid,
     /// Cumulative luminance times solid angle: before each row, then the total.
     row_sums: Vec<f64>,
     /// Cumulative luminance within each row: before each pixel, then the row total.
     column_sums: Vec<f64>,
     mean: [f64; 3],
+    /// Filtered on first use.
+    filtered: OnceLock<Filtered>,
 }
 
 impl EnvironmentMap {
-    /// Returns its size in memory in bytes.
+    /// Returns an upper bound of its size in memory in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let sums = self.edge_cosines.len() + self.row_sums.len() + self.column_sums.len();
-        size_of_val(self.pixels.as_slice()) + size_of::<f64>() * sums
+        let sums = self.row_sums.len() + self.column_sums.len();
+        self.grid.bytes() + size_of::<f64>() * sums + Filtered::BYTES
     }
 
     /// Creates a map from linear pixels.
@@ -84,12 +95,12 @@ impl EnvironmentMap {
         if let Some(index) = pixels.iter().position(|pixel| !valid(pixel)) {
             return Err(EnvironmentError::Pixel(index));
         }
-        let edge = |row: usize| sin_cos_deg(180.0 * row as f64 / height as f64).1;
-        let edge_cosines: Vec<f64> = (0..=height).map(edge).collect();
+        let grid = PixelGrid::new(width, height, pixels);
+        let edge_cosines = grid.edge_cosines();
         let mut row_sums = vec![0.0];
         let mut column_sums = Vec::with_capacity((width + 1) * height);
         let mut mean = [0.0; 3];
-        for (row, row_pixels) in pixels.chunks(width).enumerate() {
+        for (row, row_pixels) in grid.pixels().chunks(width).enumerate() {
             let (mut sum, share) =
                 (0.0, 0.5 * (edge_cosines[row] - edge_cosines[row + 1]) / width as f64);
             column_sums.push(sum);
@@ -101,7 +112,30 @@ impl EnvironmentMap {
             }
             row_sums.push(row_sums[row] + sum * share * 4.0 * PI);
         }
-        Ok(Self { width, height, pixels, edge_cosines, row_sums, column_sums, mean })
+        let filtered = OnceLock::new();
+        Ok(Self { grid, row_sums, column_sums, mean, filtered })
+    }
+
+    /// Returns the filtered map.
+    fn filtered(&self) -> &Filtered {
+        self.filtered.get_or_init(|| Filtered::new(&self.grid, self.mean))
+    }
+
+    #[cfg(test)]
+    fn grid(&self) -> &PixelGrid {
+        &self.grid
+    }
+
+    /// Creates a map by drawing the radiance from the direction of each pixel's centre.
+    fn drawn((width, height): (usize, usize), radiance: impl Fn(DVec3) -> [f64; 3]) -> Self {
+        let pixel = |index: usize| {
+            let polar = 180.0 * ((index / width) as f64 + 0.5) / height as f64;
+            let around = 360.0 * ((index % width) as f64 + 0.5) / width as f64 - 180.0;
+            let ((sin, cos), (x, z)) = (sin_cos_deg(polar), sin_cos_deg(around));
+            radiance(DVec3::new(sin * x, cos, -sin * z)).map(|channel| channel as f32)
+        };
+        let pixels = (0..width * height).map(pixel).collect();
+        Self::new(width, height, pixels).expect("radiances are finite and not negative")
     }
 
     /// Returns the radiance from a direction.
@@ -110,12 +144,7 @@ impl EnvironmentMap {
     /// A unit vector.
     #[must_use]
     pub fn radiance(&self, direction: DVec3) -> [f64; 3] {
-        let turns = libm::atan2(direction.x, -direction.z) / (2.0 * PI) + 0.5;
-        // Truncation selects the pixel; the seam belongs to the last column.
-        let column = ((turns * self.width as f64) as usize).min(self.width - 1);
-        let below = self.edge_cosines.partition_point(|edge| *edge >= direction.y);
-        let row = below.saturating_sub(1).min(self.height - 1);
-        self.pixels[row * self.width + column].map(f64::from)
+        self.grid.radiance(direction)
     }
 
     /// Mean radiance over all directions.
@@ -130,19 +159,20 @@ impl EnvironmentMap {
     /// # Domain
     /// Both coordinates of the sample point within [0, 1).
     pub(crate) fn draw(&self, [x, y]: [f64; 2]) -> Option<(DVec3, [f64; 3])> {
-        let total = self.row_sums[self.height];
+        let (width, height) = self.grid.size();
+        let total = self.row_sums[height];
         if total <= 0.0 {
             return None;
         }
         let (row, within_row) = find_interval(&self.row_sums, y * total);
-        let columns = &self.column_sums[row * (self.width + 1)..][..=self.width];
-        let (column, within_column) = find_interval(columns, x * columns[self.width]);
-        let cos = self.edge_cosines[row]
-            + (self.edge_cosines[row + 1] - self.edge_cosines[row]) * within_row;
+        let columns = &self.column_sums[row * (width + 1)..][..=width];
+        let (column, within_column) = find_interval(columns, x * columns[width]);
+        let edges = &self.grid.edge_cosines()[row..row + 2];
+        let cos = edges[0] + (edges[1] - edges[0]) * within_row;
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let turns = ((column as f64 + within_column) / self.width as f64 - 0.5) * 2.0 * PI;
+        let turns = ((column as f64 + within_column) / width as f64 - 0.5) * 2.0 * PI;
         let direction = DVec3::new(sin * libm::sin(turns), cos, -sin * libm::cos(turns));
-        let radiance = self.pixels[row * self.width + column].map(f64::from);
+        let radiance = self.grid.pixel(row, column);
         (luminance(radiance) > 0.0).then_some((direction, radiance))
     }
 
@@ -152,7 +182,7 @@ impl EnvironmentMap {
     /// # Units
     /// 1/sr; 0 for a black map.
     pub(crate) fn density(&self, radiance: [f64; 3]) -> f64 {
-        let total = self.row_sums[self.height];
+        let total = self.row_sums[self.grid.size().1];
         if total > 0.0 { luminance(radiance) / total } else { 0.0 }
     }
 
@@ -160,8 +190,8 @@ impl EnvironmentMap {
     #[must_use]
     pub fn content_hash(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&(self.width as u64).to_le_bytes());
-        for pixel in &self.pixels {
+        hasher.update(&(self.grid.size().0 as u64).to_le_bytes());
+        for pixel in self.grid.pixels() {
             hasher.update(bytemuck::bytes_of(pixel));
         }
         hasher.finalize()

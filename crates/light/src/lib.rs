@@ -31,7 +31,9 @@ mod sequence;
 pub mod units;
 
 pub use assets::{AssetRef, LightAssets};
-pub use environment::{EnvironmentError, EnvironmentMap};
+pub use environment::{
+    BuiltinEnvironment, EnvironmentError, EnvironmentMap, PrefilteredEnvironment, SPOTS_MAX, Spots,
+};
 pub use field::FieldError;
 pub use ies::{IesError, IesErrorKind, IesProfile, Photometry};
 pub use light::{

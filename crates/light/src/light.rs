@@ -44,6 +44,7 @@ pub use strength::{Quantity, Strength};
 pub use surface::AREA_SAMPLES;
 
 use crate::assets::{AssetRef, LightAssets};
+use crate::environment::PrefilteredEnvironment;
 use crate::field::FieldError;
 use crate::sampler::placement::LightPlacement;
 use crate::sampler::sample::{LightSample, Receiver};
@@ -163,6 +164,16 @@ kinds! {
     "rectangle": Rectangle(RectangleLight),
     "environment": Environment(EnvironmentLight),
     "ambient": Ambient(AmbientLight),
+}
+
+impl LightSource {
+    /// Returns an environment as prefiltered radiance; `None` for other lights.
+    pub(crate) fn prefiltered(&self) -> Option<PrefilteredEnvironment> {
+        match self {
+            Self::Environment(source) => Some(source.prefiltered()),
+            _ => None,
+        }
+    }
 }
 
 /// Names of the fields of all kinds.

@@ -15,6 +15,7 @@ use glam::DVec3;
 pub use sample::{LightSample, Receiver};
 
 use crate::assets::LightAssets;
+use crate::environment::PrefilteredEnvironment;
 use crate::light::{Draw, Light, LightSource};
 use placement::LightPlacement;
 use sample::brightest;
@@ -65,6 +66,13 @@ impl LightSampler {
                 put(sample, light_sample);
             }
         });
+    }
+
+    /// Returns an environment as prefiltered radiance; `None` for other lights and for a missing
+    /// asset.
+    #[must_use]
+    pub fn prefiltered(&self) -> Option<PrefilteredEnvironment> {
+        self.source.as_ref()?.prefiltered()
     }
 
     /// True for extended lights: their samples differ between positions, and their shadows are

@@ -104,6 +104,14 @@ impl Scene {
         }
     }
 
+    /// True if prefiltered light can replace the samples of an environment: there is one, and
+    /// nothing casts shadows.
+    #[must_use]
+    pub fn is_prefilterable(&self) -> bool {
+        let is_environment = |light: &Light| matches!(light, Light::Environment(_));
+        !self.shadows && self.lights.iter().any(is_environment)
+    }
+
     /// Returns the largest number of samples of all lights at one shading point: the cost of a
     /// picture relative to one point light.
     #[must_use]

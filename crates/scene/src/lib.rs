@@ -18,6 +18,7 @@
 
 mod clip_from;
 mod description;
+mod prefiltered;
 mod sample_set;
 
 pub use clip_from::{ClipFrom, ClipFromError};
@@ -25,6 +26,7 @@ pub use description::{
     Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef, Normals,
     OrbitCamera, OrthographicCamera, Scene, SpherePole, Tangents, Tone,
 };
+pub use prefiltered::{LitPoint, LobeNodes, LobeTable, NODES, NODES_TOGETHER, PrefilteredLight};
 pub use sample_set::{
     ImageLayout, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun, PixelSpan,
     Raster, SampleCounts, SampleSet, Sampling, SamplingError,

@@ -3,7 +3,7 @@
 use brood_program::Program;
 use brood_scene::{Exposure, Film, SampleSet, Tone};
 
-use crate::radiance::ReflectedLight;
+use crate::radiance::{RadianceImage, ReflectedLight};
 use crate::rounding::round_to_f32;
 use crate::{CanonicalEvaluator, Evaluator};
 
@@ -31,6 +31,12 @@ impl Gain {
     #[must_use]
     pub fn new(film: impl Into<Film>, set: &SampleSet, f: &[f32]) -> Self {
         Self::of(film.into(), || ReflectedLight::new(set, f).centres())
+    }
+
+    /// Returns the gain of a film for a picture of known radiance.
+    #[must_use]
+    pub fn of_image(film: impl Into<Film>, image: &RadianceImage) -> Self {
+        Self::of(film.into(), || image.centres().to_vec())
     }
 
     /// Returns the automatic gain of a program for several pictures, such as those of a moving

@@ -12,7 +12,7 @@ use utoipa::openapi::Schema;
 use super::kind::{At, Draw, Kind, Source};
 use super::strength::Channels;
 use crate::assets::{AssetRef, LightAssets};
-use crate::environment::EnvironmentMap;
+use crate::environment::{BuiltinEnvironment, EnvironmentMap, PrefilteredEnvironment};
 use crate::field::FieldError;
 use crate::sampler::mixture::Mixture;
 use crate::sampler::placement::LightPlacement;
@@ -28,8 +28,9 @@ const BY_LIGHT: f64 = 0.5;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EnvironmentLight {
-    /// Name of the picture among the assets, the id of the uploaded file. Equirectangular: upper
-    /// edge +y, middle -z, +x a quarter of the width to the right of the middle.
+    /// "studio", "overcast", "low-sun", "interior", or the name of the picture among the assets,
+    /// the id of the uploaded file. Equirectangular: upper edge +y, middle -z, +x a quarter of the
+    /// width to the right of the middle.
     #[schema(min_length = 1, max_length = 255)]
     pub image: String,
     /// Rotation about the vertical axis, from +z towards +x, degrees.
@@ -80,7 +81,8 @@ impl Kind for EnvironmentLight {
     }
 
     fn asset(&self) -> Option<AssetRef<'_>> {
-        Some(AssetRef::Environment(&self.image))
+        let is_uploaded = BuiltinEnvironment::from_name(&self.image).is_none();
+        is_uploaded.then_some(AssetRef::Environment(&self.image))
     }
 
     fn source(
@@ -88,7 +90,10 @@ impl Kind for EnvironmentLight {
         placement: &LightPlacement<'_>,
         assets: &LightAssets,
     ) -> Option<EnvironmentSource> {
-        let map = assets.environment(&self.image)?.clone();
+        let map = match BuiltinEnvironment::from_name(&self.image) {
+            Some(builtin) => builtin.map(),
+            None => assets.environment(&self.image)?.clone(),
+        };
         let own = rotation_y_deg(self.rotation_deg);
         let rotation = DMat3::from_cols(
             placement.direction((own * DVec3::X).to_array()),
@@ -96,6 +101,17 @@ impl Kind for EnvironmentLight {
             placement.direction((own * DVec3::Z).to_array()),
         );
         Some(EnvironmentSource { map, rotation, scale: self.scale })
+    }
+}
+
+impl EnvironmentSource {
+    /// Returns the light as prefiltered radiance.
+    pub(crate) fn prefiltered(&self) -> PrefilteredEnvironment {
+        PrefilteredEnvironment {
+            map: self.map.clone(),
+            turn: self.rotation.transpose(),
+            scale: self.scale.map(|channel| channel as f32),
+        }
     }
 }
 

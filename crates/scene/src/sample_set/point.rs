@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use brood_brdf::DirectionPair;
-use brood_light::{LightSampler, Receiver};
+use brood_light::{LightSampler, PrefilteredEnvironment, Receiver};
 use brood_mesh::trace::{Hit, Ray, Stack, Tracer};
 use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
@@ -58,6 +58,9 @@ pub(super) struct SurfacePoint {
     pub skipped: u64,
     /// Number of light samples skipped because they are occluded.
     pub shadowed: u64,
+    /// Normal on the side that faces the eye, and direction to the eye, in the unit frame; `None`
+    /// if the ray misses or the point reflects nothing.
+    pub facing: Option<(DVec3, DVec3)>,
 }
 
 /// Features by which rays and neighbouring pixels are compared. Default: the ray misses.
@@ -107,6 +110,15 @@ impl<'a> Surface<'a> {
         let obstacles = scene.shadows.then(|| mesh.tracer());
         let (normals, tangents) = (scene.normals, scene.tangents);
         Self { parts: mesh.parts(), mesh, lights, obstacles, normals, tangents, shade_scale }
+    }
+
+    /// Removes the environments from the lights and returns them.
+    pub fn take_environments(&mut self, scene: &Scene) -> Vec<PrefilteredEnvironment> {
+        let environments = self.lights.iter().filter_map(LightSampler::prefiltered).collect();
+        let lights = std::mem::take(&mut self.lights);
+        let others = lights.into_iter().filter(|light| light.prefiltered().is_none()).collect();
+        *self = Self::new(self.mesh, others, scene);
+        environments
     }
 
     /// Shades a hit and writes the result to `point`, whose memory is reused.
@@ -175,6 +187,7 @@ impl<'a> Surface<'a> {
         }
         point.uv = shaded.uv;
         point.wo = shaded.wo;
+        point.facing = reflects.then(|| (shaded.frame.n(), -ray.direction));
         point.features = PixelFeatures {
             covered: true,
             lights: mask,

@@ -30,6 +30,8 @@ pub(super) struct PixelSampler<'a> {
     pub tracer: &'a Tracer,
     pub surface: Surface<'a>,
     pub size_px: PictureSize,
+    /// True to keep the surface points of adaptive sampling, for light that is not sampled.
+    pub keeps_points: bool,
 }
 
 /// Buffers reused between pixels, to avoid allocation.
@@ -123,6 +125,7 @@ impl PixelSampler<'_> {
             None => {
                 point.features = PixelFeatures::default();
                 point.lit.clear();
+                point.facing = None;
                 (point.skipped, point.shadowed) = (0, 0);
             }
         }

@@ -3,7 +3,7 @@
 use brood_light::{LightAssets, LightSampler};
 use brood_mesh::trace::Stack;
 use brood_mesh::{Mesh, UnitFrame};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::cluster::Groups;
@@ -15,6 +15,7 @@ use super::set::SampleSet;
 use super::size::PictureSize;
 use super::view::{View, subpixel_offsets};
 use crate::description::Scene;
+use crate::prefiltered::{LitPoint, PrefilteredLight};
 
 /// Number of rays per pixel from which the pixel's triangles are gathered once for all of them.
 const MIN_RAYS_FOR_CANDIDATES: usize = 4;
@@ -31,6 +32,7 @@ struct Row {
     runs: Vec<PixelRun>,
     coverage: Vec<f32>,
     counts: SampleCounts,
+    points: Vec<LitPoint>,
 }
 
 /// Rays through the pixel centres of a row of the area with a border of one pixel.
@@ -41,6 +43,8 @@ struct CentreRow {
     /// Number of samples of each pixel in the area.
     lit: Vec<u32>,
     unlit: (u64, u64),
+    /// Normals and directions to the eye of the pixels in the area, if they are kept.
+    facing: Vec<Option<(DVec3, DVec3)>>,
 }
 
 impl SampleSet {
@@ -94,6 +98,34 @@ impl SampleSet {
         assets: &LightAssets,
         raster: Raster,
     ) -> Self {
+        let sampler = pixel_sampler(mesh, scene, assets, raster.size_px);
+        Self::render_with(&sampler, raster).0
+    }
+
+    /// Samples a scene without its environments, whose light is prefiltered instead.
+    ///
+    /// # Domain
+    /// Adaptive sampling, and a scene without shadows: prefiltered light passes through objects.
+    /// Only for materials that are isotropic and the same everywhere.
+    ///
+    /// # Panics
+    /// As [`SampleSet::render_area`], and if the sampling is fixed.
+    #[must_use]
+    pub fn render_prefiltered(
+        mesh: &Mesh,
+        scene: &Scene,
+        assets: &LightAssets,
+        raster: Raster,
+    ) -> (Self, PrefilteredLight) {
+        assert!(raster.sampling == Sampling::Adaptive, "fixed sampling samples all lights");
+        let mut sampler = pixel_sampler(mesh, scene, assets, raster.size_px);
+        sampler.keeps_points = true;
+        let environments = sampler.surface.take_environments(scene);
+        let (set, points) = Self::render_with(&sampler, raster);
+        (set, PrefilteredLight::new(points, environments))
+    }
+
+    fn render_with(sampler: &PixelSampler<'_>, raster: Raster) -> (Self, Vec<LitPoint>) {
         let Raster { size_px, sampling, area } = raster;
         assert!(
             size_px.longer() <= u32::from(u16::MAX),
@@ -105,15 +137,14 @@ impl SampleSet {
             size_px.width,
             size_px.height
         );
-        let sampler = pixel_sampler(mesh, scene, assets, size_px);
-        let (rows, scale) = match sampling {
-            Sampling::Adaptive => (adaptive(&sampler, area), 1.0),
+        let (mut rows, scale) = match sampling {
+            Sampling::Adaptive => (adaptive(sampler, area), 1.0),
             Sampling::Fixed(samples) => {
                 let offsets = subpixel_offsets(u32::from(samples));
                 let rows = (0..area.height)
                     .into_par_iter()
                     .map_init(Scratch::default, |scratch, row| {
-                        fixed_row(&sampler, area, row, &offsets, scratch)
+                        fixed_row(sampler, area, row, &offsets, scratch)
                     })
                     .collect();
                 (rows, 1.0 / offsets.len() as f32)
@@ -129,7 +160,8 @@ impl SampleSet {
             runs: Vec::new(),
             coverage: Vec::new().into(),
         };
-        concatenate(rows, image)
+        let points = rows.iter_mut().flat_map(|row| std::mem::take(&mut row.points)).collect();
+        (concatenate(rows, image), points)
     }
 
     /// Samples some pixels of that picture, columns and rows, each with at least `samples` rays, as
@@ -193,6 +225,7 @@ fn pixel_sampler<'a>(
         tracer: mesh.tracer(),
         surface: Surface::new(mesh, lights, scene),
         size_px,
+        keeps_points: false,
     }
 }
 
@@ -286,6 +319,7 @@ fn centre_row(
         buffer: SampleBuffer::default(),
         lit: Vec::with_capacity(area.width as usize),
         unlit: (0, 0),
+        facing: Vec::new(),
     };
     let own_row = (area.y..area.y + area.height).contains(&y);
     let mut point = SurfacePoint::default();
@@ -297,6 +331,9 @@ fn centre_row(
             row.lit
                 .push(u32::try_from(point.lit.len()).expect("a pixel has fewer than 2^32 samples"));
             row.unlit = (row.unlit.0 + point.skipped, row.unlit.1 + point.shadowed);
+            if sampler.keeps_points {
+                row.facing.push(point.facing);
+            }
         }
     }
     row
@@ -333,6 +370,17 @@ fn classify(rows: [&[PixelFeatures]; 3], x: usize) -> PixelClass {
     if error > CURVED_THRESHOLD { PixelClass::Curved } else { PixelClass::Smooth }
 }
 
+/// Returns the angle between the normals at opposite edges of the pixel at column `x` of the middle
+/// row, in radians: the root of the mean square of both axes.
+fn normal_spread(rows: [&[PixelFeatures]; 3], x: usize) -> f64 {
+    let own = rows[1][x].n;
+    let columns = [x.saturating_sub(1), (x + 1).min(rows[1].len() - 1)];
+    let step = |neighbour: &PixelFeatures| f64::from((neighbour.n - own).length());
+    let across = step(&rows[1][columns[0]]).max(step(&rows[1][columns[1]]));
+    let down = step(&rows[0][x]).max(step(&rows[2][x]));
+    (0.5 * (across * across + down * down)).sqrt()
+}
+
 fn adaptive_row(
     sampler: &PixelSampler<'_>,
     (area, border): (PixelArea, PixelArea),
@@ -354,6 +402,10 @@ fn adaptive_row(
         out.counts.covered += u64::from(own.covered);
         from += lit as usize;
         if class == PixelClass::Smooth {
+            if let Some(Some(facing)) = centre.facing.get(column as usize) {
+                let spread = normal_spread(neighbours, at);
+                out.points.push(LitPoint::new((pixel, 1.0), *facing, spread));
+            }
             out.finish_pixel(pixel, (lit, lit, 0), f32::from(u8::from(own.covered)));
             continue;
         }
@@ -363,6 +415,10 @@ fn adaptive_row(
             sampler.edge((x, area.y + row), own, scratch);
         } else {
             sampler.curved((x, area.y + row), scratch);
+        }
+        if sampler.keeps_points {
+            let facing = scratch.weighted().map(|(point, weight)| (point.facing, weight));
+            LitPoint::push_groups(pixel, facing, &mut out.points);
         }
         let start = out.buffer.count();
         let coverage = groups.push_all(scratch.weighted(), &mut out.buffer);

@@ -1,0 +1,295 @@
+//! Environment light on the surface points of a picture, at the nodes of each.
+
+use brood_light::{PrefilteredEnvironment, SPOTS_MAX};
+use glam::DVec3;
+
+use super::nodes::{LobeNodes, NODES};
+
+/// Surface point, or several similar ones of a pixel together.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LitPoint {
+    /// Index of the pixel in the image.
+    pub pixel: u32,
+    /// Share of the pixel.
+    pub weight: f32,
+    /// Normal on the side that faces the eye, and direction to the eye; unit vectors.
+    pub(crate) n: [f32; 3],
+    pub(crate) eye: [f32; 3],
+    /// Angle between the normals at the edges of the pixel, in radians.
+    pub(crate) spread: f32,
+    row: u16,
+    /// Distance from the row towards the next.
+    share: f32,
+}
+
+/// Environments of a scene and the points of a picture that they light. Points of a pixel are
+/// consecutive, pixels ascend.
+#[derive(Debug)]
+pub struct PrefilteredLight {
+    points: Vec<LitPoint>,
+    environments: Vec<Environment>,
+}
+
+/// Similar points of a pixel.
+#[derive(Default)]
+struct Group {
+    first: DVec3,
+    n: DVec3,
+    eye: DVec3,
+    weight: f64,
+    /// Largest distance of normals from the first.
+    spread: f64,
+}
+
+#[derive(Debug)]
+struct Environment {
+    light: PrefilteredEnvironment,
+    /// Level of each node, row by row.
+    levels: Vec<[u8; NODES]>,
+    is_wide: Vec<[bool; NODES]>,
+}
+
+/// Spacing of tents as wide as a pixel's reflections, divided by the spread of its normals: the
+/// reflections spread twice as far, and the variance of an even spread is half that of tents.
+const SPACING_PER_SPREAD: f64 = std::f64::consts::SQRT_2;
+/// Least and largest factor of wide nodes.
+const SCALES: (f32, f32) = (0.25, 4.0);
+/// Integral of cos_i over a tent below which a node is left out: it is below the horizon.
+const LEAST_WEIGHT: f32 = 1e-7;
+/// Distance of normals from the first of a group, up to which points are similar.
+const MAX_DISTANCE: f64 = 0.12;
+/// Largest number of groups of a pixel; further points join the nearest.
+const MAX_GROUPS: usize = 4;
+
+impl LitPoint {
+    pub(crate) fn new((pixel, weight): (u32, f64), (n, eye): (DVec3, DVec3), spread: f64) -> Self {
+        let (row, share) = LobeNodes::row(n.dot(eye));
+        Self {
+            pixel,
+            weight: weight as f32,
+            n: n.as_vec3().to_array(),
+            eye: eye.as_vec3().to_array(),
+            spread: spread as f32,
+            row: u16::try_from(row).expect("there are few rows"),
+            share,
+        }
+    }
+
+    /// Groups the weighted points of a pixel by their normals, and adds the mean of each group.
+    pub(crate) fn push_groups(
+        pixel: u32,
+        points: impl Iterator<Item = (Option<(DVec3, DVec3)>, f64)>,
+        out: &mut Vec<Self>,
+    ) {
+        let mut groups: Vec<Group> = Vec::with_capacity(MAX_GROUPS);
+        for (facing, weight) in points {
+            let Some((n, eye)) = facing.filter(|_| weight > 0.0) else { continue };
+            let distance = |group: &Group| (group.first - n).length();
+            let nearest = (0..groups.len())
+                .min_by(|a, b| distance(&groups[*a]).total_cmp(&distance(&groups[*b])));
+            let joins = nearest
+                .filter(|k| distance(&groups[*k]) <= MAX_DISTANCE || groups.len() == MAX_GROUPS);
+            let k = joins.unwrap_or_else(|| {
+                groups.push(Group { first: n, ..Group::default() });
+                groups.len() - 1
+            });
+            let group = &mut groups[k];
+            group.spread = group.spread.max((group.first - n).length());
+            group.n += n * weight;
+            group.eye += eye * weight;
+            group.weight += weight;
+        }
+        for group in groups {
+            let n = group.n.try_normalize().unwrap_or(group.first);
+            let eye = group.eye.normalize();
+            out.push(Self::new((pixel, group.weight), (n, eye), group.spread));
+        }
+    }
+
+    /// Row of tables below the angle to the eye, and distance from it towards the next.
+    #[must_use]
+    #[inline(always)]
+    pub fn row(&self) -> (usize, f32) {
+        (usize::from(self.row), self.share)
+    }
+}
+
+impl PrefilteredLight {
+    pub(crate) fn new(points: Vec<LitPoint>, lights: Vec<PrefilteredEnvironment>) -> Self {
+        let nodes = LobeNodes::get();
+        let environment = |light: PrefilteredEnvironment| {
+            let level = |spacing: f64| light.node_level(spacing);
+            let levels: Vec<_> = (0..LobeNodes::ROWS)
+                .map(|row| {
+                    let mut levels = [0; NODES];
+                    for (into, spacing) in levels.iter_mut().zip(nodes.spacings(row)) {
+                        *into = level(*spacing);
+                    }
+                    levels
+                })
+                .collect();
+            let is_wide =
+                levels.iter().map(|row| row.map(PrefilteredEnvironment::is_wide)).collect();
+            Environment { light, levels, is_wide }
+        };
+        Self { points, environments: lights.into_iter().map(environment).collect() }
+    }
+
+    /// Returns the points.
+    #[must_use]
+    pub fn points(&self) -> &[LitPoint] {
+        &self.points
+    }
+
+    /// Returns its size in memory in bytes, without the environments.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.points.as_slice())
+            + self.environments.len() * LobeNodes::ROWS * size_of::<[u8; NODES]>()
+    }
+
+    /// Writes the mean radiance around the nodes of a point, and returns the number of nodes
+    /// written, a multiple of [`super::NODES_TOGETHER`]; the others are below the horizon.
+    ///
+    /// # Units
+    /// W/(m2 sr); the sum over all environments.
+    #[inline(always)]
+    pub fn radiance(&self, point: &LitPoint, out: &mut [[f32; NODES]; 3]) -> usize {
+        let nodes = LobeNodes::get();
+        let (row, share) = point.row();
+        let count = nodes.count(row);
+        let nearest = row + usize::from(share > 0.5);
+        let (n, eye) = (wide(point.n), wide(point.eye));
+        let cos = n.dot(eye).clamp(1e-4, 1.0);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        let x =
+            (eye - n * n.dot(eye)).try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
+        clear(out, count);
+        let (mut us, mut vs) = ([0.0; NODES], [0.0; NODES]);
+        let (mut own, mut shared) = ([[0.0; NODES]; 3], [[0.0; NODES]; 3]);
+        let weights = (nodes.weights(row), nodes.weights(row + 1));
+        for environment in &self.environments {
+            let light = &environment.light;
+            let axes = [x, n.cross(x), n].map(|axis| light.in_map(axis).as_vec3().to_array());
+            let local = [sin as f32, cos as f32];
+            directions(axes, local, nodes.half_parts(), (&mut us[..count], &mut vs[..count]));
+            let levels = &environment.levels[nearest];
+            let is_wide = &environment.is_wide[nearest];
+            let finest = light.level(SPACING_PER_SPREAD * f64::from(point.spread));
+            let points = (&us[..count], &vs[..count]);
+            light.radiance(points, &levels[..count], finest, |node, mean| {
+                own[0][node] = mean[0];
+                own[1][node] = mean[1];
+                own[2][node] = mean[2];
+            });
+            clear(&mut shared, count);
+            add_spots(light, axes, local, |node, class, cos, irradiance| {
+                let weight = weights.0[node] + (weights.1[node] - weights.0[node]) * share;
+                if weight > LEAST_WEIGHT && PrefilteredEnvironment::class(levels[node]) >= class {
+                    let factor = cos / weight;
+                    shared[0][node] += irradiance[0] * factor;
+                    shared[1][node] += irradiance[1] * factor;
+                    shared[2][node] += irradiance[2] * factor;
+                }
+            });
+            let irradiance = light.irradiance(axes[2]);
+            for c in 0..3 {
+                let (own, shared) = (&own[c][..count], &shared[c][..count]);
+                let (mut exact, mut wide) = (0.0, 0.0);
+                for k in 0..count {
+                    let weight = weights.0[k] + (weights.1[k] - weights.0[k]) * share;
+                    wide += if is_wide[k] { weight * own[k] } else { 0.0 };
+                    exact += weight * if is_wide[k] { shared[k] } else { shared[k] + own[k] };
+                }
+                // Means around nodes overlap only about as tents do. Those of wide nodes are scaled
+                // so that diffuse reflection is exact.
+                let (low, high) = SCALES;
+                let scale = (irradiance[c] - exact) / wide.max(f32::MIN_POSITIVE);
+                let scale = scale.clamp(low, high);
+                for k in 0..count {
+                    out[c][k] += shared[k] + if is_wide[k] { own[k] * scale } else { own[k] };
+                }
+            }
+        }
+        count
+    }
+}
+
+#[inline(always)]
+fn clear(channels: &mut [[f32; NODES]; 3], count: usize) {
+    for channel in channels {
+        channel[..count].fill(0.0);
+    }
+}
+
+fn wide(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
+}
+
+/// Writes the points of the map's square for the incident directions of nodes. `axes`: the local
+/// frame in the map, the eye in the plane of x and z; `eye`: sine and cosine of its angle.
+#[inline(always)]
+fn directions(
+    axes: [[f32; 3]; 3],
+    [sin, cos]: [f32; 2],
+    half: [&[f32; NODES]; 3],
+    (us, vs): (&mut [f32], &mut [f32]),
+) {
+    let [x, y, z] = axes;
+    let count = us.len().min(vs.len()).min(NODES);
+    let (us, vs) = (&mut us[..count], &mut vs[..count]);
+    let (hx, hy, hz) = (&half[0][..count], &half[1][..count], &half[2][..count]);
+    for k in 0..count {
+        let h = [hx[k], hy[k], hz[k]];
+        let double = 2.0 * (sin * h[0] + cos * h[2]);
+        // Directions below the horizon belong to nodes of the row before or after.
+        let wi = [double * h[0] - sin, double * h[1], (double * h[2] - cos).max(0.0)];
+        let a = wi[0] * x[0] + wi[1] * y[0] + wi[2] * z[0];
+        let b = wi[0] * x[1] + wi[1] * y[1] + wi[2] * z[1];
+        let c = wi[0] * x[2] + wi[1] * y[2] + wi[2] * z[2];
+        let length = (a * a + b * b + c * c).sqrt().max(1e-12);
+        let [u, v] = PrefilteredEnvironment::square([a / length, b / length, c / length]);
+        us[k] = u;
+        vs[k] = v;
+    }
+}
+
+/// Calls `put` for each spot above the horizon with each of the four nodes around it, its class,
+/// its cosine times the share of the node, and its irradiance. Arguments as in [`directions`].
+#[inline(always)]
+fn add_spots(
+    light: &PrefilteredEnvironment,
+    axes: [[f32; 3]; 3],
+    [sin, cos]: [f32; 2],
+    mut put: impl FnMut(usize, u8, f32, [f32; 3]),
+) {
+    let spots = light.spots();
+    let count = spots.classes.len().min(SPOTS_MAX);
+    let (mut chords, mut turns, mut cosines) =
+        ([0.0; SPOTS_MAX], [0.0; SPOTS_MAX], [0.0; SPOTS_MAX]);
+    let [xs, ys, zs] = &spots.towards;
+    let (xs, ys, zs) = (&xs[..count], &ys[..count], &zs[..count]);
+    let [x, y, z] = axes;
+    for k in 0..count {
+        let (a, b, c) = (xs[k], ys[k], zs[k]);
+        let cosine = z[0] * a + z[1] * b + z[2] * c;
+        let along = x[0] * a + x[1] * b + x[2] * c + sin;
+        let across = y[0] * a + y[1] * b + y[2] * c;
+        let height = cosine + cos;
+        let length = (along * along + across * across + height * height).sqrt().max(1e-6);
+        chords[k] = (2.0 - 2.0 * height / length).max(0.0).sqrt();
+        turns[k] = PrefilteredEnvironment::turns(along, across);
+        cosines[k] = cosine;
+    }
+    let scale = light.scale();
+    let [red, green, blue] = &spots.irradiance;
+    for k in 0..count {
+        if cosines[k] > 0.0 {
+            let irradiance = [red[k] * scale[0], green[k] * scale[1], blue[k] * scale[2]];
+            let class = spots.classes[k];
+            LobeNodes::around(chords[k], turns[k], |node, share| {
+                put(node, class, share * cosines[k], irradiance);
+            });
+        }
+    }
+}

@@ -1,0 +1,215 @@
+//! Tests of the renderer: pictures do not depend on batch, area, caches or backend.
+
+use brood_eval::Developed;
+use brood_genome::{BirthKey, Dialect, Variation};
+use brood_mesh::BuiltinMesh;
+use brood_program::Program;
+use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_scene::{Exposure, PictureSize, PixelArea, Sampling, Scene};
+
+use crate::cache::LoadedMesh;
+use crate::error::RenderError;
+use crate::renderer::Renderer;
+
+fn programs(count: u32) -> Vec<Program> {
+    let random = Variation::random(Dialect::default());
+    let birth = |slot| random.birth(BirthKey { seed: 3, slot, attempt: 0 });
+    (0..count).map(|slot| Program::lower(&birth(slot))).collect()
+}
+
+fn frame(format: PictureFormat, backend: Backend) -> Frame {
+    Frame::new(&Scene::default(), MeshSource::Builtin, 24, 2, (format, backend))
+}
+
+#[test]
+fn picture_does_not_depend_on_rest_of_batch() {
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Knob);
+    let frame = frame(PictureFormat::Png, Backend::Auto);
+    let programs = programs(7);
+    let all: Vec<&Program> = programs.iter().collect();
+    let together = renderer.render(&frame, &mesh, &all).unwrap();
+    for (picture, program) in together.iter().zip(&programs) {
+        let alone = renderer.render(&frame, &mesh, &[program]).unwrap();
+        assert_eq!(alone[0], *picture);
+        assert_eq!(picture.key, frame.key(program));
+        assert!(picture.samples > 0 && picture.operations >= picture.samples);
+    }
+}
+
+#[test]
+fn area_equals_crop_of_whole_picture() {
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Knob);
+    let programs = programs(3);
+    let programs: Vec<&Program> = programs.iter().collect();
+    for exposure in [Exposure::Auto, Exposure::Ev(0.5)] {
+        for sampling in [Sampling::Adaptive, Sampling::Fixed(1), Sampling::Fixed(5)] {
+            let mut scene = Scene::default();
+            scene.film.exposure = exposure;
+            let how = (PictureFormat::Png, Backend::Cpu);
+            let frame = Frame::new(&scene, MeshSource::Builtin, 40, sampling, how);
+            let whole = renderer.develop(&frame, &mesh, &programs).unwrap();
+            for area in ["0,0,40,40", "11,6,17,21", "0,19,40,1", "39,39,1,1", "20,0,1,40"] {
+                let area: PixelArea = area.parse().unwrap();
+                let frame = frame.clone().with_area(Some(area));
+                let parts = renderer.develop(&frame, &mesh, &programs).unwrap();
+                for (part, whole) in parts.iter().zip(&whole) {
+                    assert_eq!((part.width, part.height), (area.width, area.height));
+                    assert_eq!(part.exposure_ev, whole.exposure_ev, "{area} {sampling}");
+                    let row = 4 * area.width as usize;
+                    for (y, own) in part.rgba.chunks(row).enumerate() {
+                        let start = 4 * ((area.y as usize + y) * 40 + area.x as usize);
+                        assert_eq!(own, &whole.rgba[start..start + row], "{area} {sampling}");
+                    }
+                }
+            }
+        }
+    }
+    let beyond = "30,0,11,1".parse().ok();
+    let frame = frame(PictureFormat::Png, Backend::Cpu).with_area(beyond);
+    let refused = renderer.render(&frame, &mesh, &programs);
+    assert!(matches!(refused, Err(RenderError::Area { .. })), "{refused:?}");
+}
+
+#[test]
+fn pictures_under_an_environment_do_not_depend_on_batch_area_or_caches() {
+    // With and without the inputs u and v: prefiltered and sampled in one batch.
+    let mixed = programs(4);
+    let even = Dialect { isotropic: true, homogeneous: true, ..Dialect::default() };
+    let random = Variation::random(even);
+    let birth = |slot| random.birth(BirthKey { seed: 5, slot, attempt: 0 });
+    let even: Vec<Program> = (0..3).map(|slot| Program::lower(&birth(slot))).collect();
+    let all: Vec<&Program> = mixed.iter().chain(&even).collect();
+    let lights = r#"{"mesh": "knob", "lights": [{"kind": "environment", "image": "studio", "samples": 4}, {}]}"#;
+    let scene: Scene = serde_json::from_str(lights).unwrap();
+    let how = (PictureFormat::Png, Backend::Cpu);
+    let frame = Frame::new(&scene, MeshSource::Builtin, 40, Sampling::Adaptive, how);
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Knob);
+    let together = renderer.develop(&frame, &mesh, &all).unwrap();
+    let area: PixelArea = "11,6,17,21".parse().unwrap();
+    let part = frame.clone().with_area(Some(area));
+    for (program, whole) in all.iter().zip(&together) {
+        let fresh = Renderer::new(Backend::Cpu);
+        assert_eq!(fresh.develop(&frame, &mesh, &[program]).unwrap()[0], *whole);
+        assert_eq!(fresh.develop(&part, &mesh, &[program]).unwrap()[0], whole.crop(area));
+        let linear = |frame: &Frame| {
+            fresh.images(frame, &mesh, &[program], |_, image| image.radiance()).unwrap().remove(0)
+        };
+        let cut = linear(&frame).crop(area);
+        assert_eq!(linear(&part).premultiplied(), cut.premultiplied());
+    }
+}
+
+#[test]
+fn area_of_a_wide_or_tall_picture_equals_its_crop() {
+    // Stripes, so that pixels in all tiles are rough.
+    let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
+    let genome: brood_genome::Genome = text.parse().unwrap();
+    let program = Program::lower(&genome);
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Sphere);
+    let camera = serde_json::from_str(r#"{"camera": {"distance": 2.5}}"#);
+    for scene in [Scene::default(), camera.unwrap()] {
+        for (size, area) in [("75x40", "20,5,40,30"), ("40x75", "5,20,30,40")] {
+            let size: PictureSize = size.parse().unwrap();
+            let area: PixelArea = area.parse().unwrap();
+            let how = (PictureFormat::Png, Backend::Cpu);
+            let frame = Frame::new(&scene, MeshSource::Builtin, size, Sampling::Adaptive, how);
+            let develop = |renderer: &Renderer, frame: &Frame| {
+                renderer.develop(frame, &mesh, &[&program]).unwrap().remove(0)
+            };
+            let radiance = |renderer: &Renderer, frame: &Frame| {
+                let linear =
+                    renderer.images(frame, &mesh, &[&program], |_, image| image.radiance());
+                linear.unwrap().remove(0)
+            };
+            let (whole, linear) = (develop(&renderer, &frame), radiance(&renderer, &frame));
+            assert_eq!((whole.width, whole.height), (size.width, size.height));
+            let part = frame.with_area(Some(area));
+            let fresh = Renderer::new(Backend::Cpu);
+            assert_eq!(develop(&fresh, &part), whole.crop(area), "{size}");
+            let found = radiance(&Renderer::new(Backend::Cpu), &part);
+            let expected = linear.crop(area);
+            assert_eq!(found.premultiplied(), expected.premultiplied(), "{size}");
+        }
+    }
+}
+
+#[test]
+fn adaptive_sampling_reduces_error_and_does_not_depend_on_caches() {
+    // Stripes about two pixels wide in the middle of the sphere, finer towards its edges.
+    let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
+    let genome: brood_genome::Genome = text.parse().unwrap();
+    let program = Program::lower(&genome);
+    let mut scene = Scene::default();
+    scene.film.exposure = Exposure::Ev(-1.0);
+    let develop = |renderer: &Renderer, sampling: Sampling, area: Option<PixelArea>| {
+        let how = (PictureFormat::Png, Backend::Cpu);
+        let frame = Frame::new(&scene, MeshSource::Builtin, 72, sampling, how).with_area(area);
+        let mesh = renderer.builtin(BuiltinMesh::Sphere);
+        renderer.develop(&frame, &mesh, &[&program]).unwrap().remove(0)
+    };
+    let renderer = Renderer::new(Backend::Cpu);
+    let many = develop(&renderer, Sampling::Fixed(256), None);
+    let error = |picture: &Developed| -> f64 {
+        let pairs = picture.rgba.iter().zip(&many.rgba);
+        pairs.map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2)).sum()
+    };
+    let one = develop(&renderer, Sampling::Fixed(1), None);
+    let adaptive = develop(&renderer, Sampling::Adaptive, None);
+    assert!(error(&adaptive) < 0.6 * error(&one), "{} {}", error(&adaptive), error(&one));
+    let fresh = Renderer::new(Backend::Cpu);
+    let area: PixelArea = "30,30,20,9".parse().unwrap();
+    assert_eq!(develop(&fresh, Sampling::Adaptive, Some(area)), adaptive.crop(area));
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let again = pool.install(|| develop(&fresh, Sampling::Adaptive, None));
+        assert_eq!(again, adaptive, "{threads}");
+    }
+}
+
+#[test]
+fn pictures_of_gpu_and_cpu_are_byte_identical() {
+    let gpu = Renderer::new(Backend::Gpu);
+    let required = std::env::var("BROOD_REQUIRE_GPU").is_ok_and(|value| value == "1");
+    assert!(gpu.worker_report().gpu || !required, "{:?}", gpu.report());
+    let frame = frame(PictureFormat::Png, Backend::Auto);
+    let programs = programs(5);
+    let programs: Vec<&Program> = programs.iter().collect();
+    let render = |renderer: &Renderer| {
+        let mesh = renderer.builtin(BuiltinMesh::Sphere);
+        renderer.render(&frame, &mesh, &programs).unwrap()
+    };
+    assert_eq!(render(&gpu), render(&Renderer::new(Backend::Cpu)));
+}
+
+#[test]
+fn pictures_decode_to_requested_size() {
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Torus);
+    let programs = programs(1);
+    for backend in [Backend::Cpu, Backend::Reference] {
+        let png = frame(PictureFormat::Png, backend);
+        let picture = renderer.render(&png, &mesh, &[&programs[0]]).unwrap().remove(0);
+        let (width, height, rgba) = brood_eval::decode_png(&picture.bytes).unwrap();
+        assert_eq!((width, height), (24, 24));
+        assert!(rgba.chunks(4).any(|pixel| pixel[3] > 0 && pixel[0] > 0));
+        let exr = frame(PictureFormat::Exr, backend);
+        let picture = renderer.render(&exr, &mesh, &[&programs[0]]).unwrap().remove(0);
+        assert!(picture.bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]));
+    }
+}
+
+#[test]
+fn uploaded_mesh_is_rejected_when_content_hash_differs() {
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = LoadedMesh::new(brood_mesh::Mesh::builtin(BuiltinMesh::Cube));
+    let hash = *mesh.hash();
+    assert!(matches!(renderer.cache_uploaded(&[0; 32], mesh), Err(RenderError::MeshContent)));
+    let mesh = LoadedMesh::new(brood_mesh::Mesh::builtin(BuiltinMesh::Cube));
+    assert!(renderer.uploaded(&hash).is_none());
+    renderer.cache_uploaded(&hash, mesh).unwrap();
+    assert!(renderer.uploaded(&hash).is_some());
+}
