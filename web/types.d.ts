@@ -11,6 +11,7 @@ export interface components {
              *     instructions that change nothing.
              */
             genomes?: string[];
+            parent?: components["schemas"]["IndividualId"] | null;
             /** @description Names of presets. */
             presets?: string[];
         };

@@ -215,6 +215,20 @@ impl Breeding {
         Ok(Brood { framed, seed, parents: refs, centre, operator, options, children, step: None })
     }
 
+    /// Reads an individual that a request names at `pointer`.
+    async fn individual(
+        &self,
+        id: IndividualId,
+        pointer: &str,
+    ) -> Result<StoredIndividual, ApiError> {
+        match self.store.individual(id).await {
+            Err(StorageError::NotFound) => {
+                Err(ApiError::not_found("there is no individual with this id").at(pointer))
+            }
+            read => Ok(read?),
+        }
+    }
+
     async fn parents(
         &self,
         lineage: &Lineage,
@@ -224,14 +238,7 @@ impl Breeding {
         for (index, parent) in parents.iter().enumerate() {
             let pointer = format!("/parents/{index}");
             let individual = match parent {
-                ParentRef::Individual(id) => match self.store.individual(*id).await {
-                    Ok(individual) => Some(individual),
-                    Err(StorageError::NotFound) => {
-                        let words = "there is no individual with this id";
-                        return Err(ApiError::not_found(words).at(pointer));
-                    }
-                    Err(error) => return Err(error.into()),
-                },
+                ParentRef::Individual(id) => Some(self.individual(*id, &pointer).await?),
                 ParentRef::Genome(_) => None,
             };
             let hash = match (parent, &individual) {

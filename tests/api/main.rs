@@ -12,6 +12,7 @@ mod breed;
 mod circle;
 mod command_line;
 mod comparison;
+mod edit;
 mod energy;
 mod event;
 mod evolve;

@@ -225,6 +225,10 @@ pub struct Adopt {
     /// Names of presets.
     #[serde(default)]
     pub presets: Vec<String>,
+    /// Individual of the lineage that becomes the parent of all of them, for example because they
+    /// are edits of it. Default: they have no parents.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub parent: Option<IndividualId>,
 }
 
 fn default_count() -> u32 {

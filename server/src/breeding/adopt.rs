@@ -1,13 +1,13 @@
 //! Adoption: adds existing genomes and presets to a lineage, unchanged, as individuals without
-//! parents.
+//! parents, or as children of the individual that they are edits of.
 
 use brood_eval::express;
 use brood_genome::preset::Preset;
 use brood_genome::{Dialect, Genome, GenomeHash, live_instructions};
 use brood_program::Child;
-use brood_protocol::{Adopt, BreedOptions, Lineage, Seed};
+use brood_protocol::{Adopt, BreedOptions, IndividualId, Lineage, ParentRef, Seed};
 
-use super::{Breeding, Brood, Newborn};
+use super::{Breeding, Brood, Newborn, Parent};
 use crate::library::Framing;
 use crate::limit;
 use crate::problem::{ApiError, quote};
@@ -21,7 +21,7 @@ impl Breeding {
     ///
     /// # Errors
     /// [`ApiError`] if there are too many, one is unknown, or one does not fit the lineage's
-    /// dialect.
+    /// dialect; if the parent is unknown or of another lineage.
     pub(super) async fn adopt(
         &self,
         lineage: &Lineage,
@@ -36,6 +36,10 @@ impl Breeding {
             );
             return Err(ApiError::refused(words).at("/genomes"));
         }
+        let centre = match adopt.parent {
+            Some(id) => self.adopting_parent(lineage, id).await?.centre(),
+            None => None,
+        };
         let framed = self.library.frame(Framing::thumbnail(self.backend, lineage)).await?;
         let mut genomes = Vec::with_capacity(count);
         for (index, hash) in adopt.genomes.iter().enumerate() {
@@ -62,13 +66,30 @@ impl Breeding {
         Ok(Brood {
             framed,
             seed: Seed(0),
-            parents: Vec::new(),
-            centre: None,
+            parents: adopt.parent.into_iter().map(ParentRef::Individual).collect(),
+            centre,
             operator: OPERATOR,
             options: BreedOptions::default(),
             children,
             step: None,
         })
+    }
+
+    /// Reads the parent of adopted genomes, which must be an individual of the lineage.
+    async fn adopting_parent(
+        &self,
+        lineage: &Lineage,
+        id: IndividualId,
+    ) -> Result<Parent, ApiError> {
+        let pointer = "/parent";
+        let individual = self.individual(id, pointer).await?;
+        if individual.lineage != lineage.id {
+            let words = "the parent must be an individual of this lineage";
+            return Err(ApiError::refused(words).at(pointer));
+        }
+        let material = self.library.material(individual.hash).await;
+        let material = material.map_err(|error| error.at(pointer))?;
+        Ok(Parent { individual: Some(individual), material })
     }
 }
 

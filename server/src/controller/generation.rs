@@ -34,7 +34,8 @@ pub async fn breed(
     bred(&app, id, key, &body.bytes, Origin::Breed(body.value)).await
 }
 
-/// Adds genomes and presets to a lineage, as a generation of individuals without parents.
+/// Adds genomes and presets to a lineage, as a generation of individuals without parents, or as
+/// children of `parent`.
 #[utoipa::path(post, path = "/v1/lineages/{id}/adoptions", tag = "generations",
     params(("id" = LineageId, Path)), request_body = Adopt,
     responses((status = 201, body = Generation, headers(

@@ -172,7 +172,7 @@ impl Assembly<'_> {
         }
         // Only broods that breeding could have made are accepted: the history must be repeatable.
         let operator = match from.parents.len() {
-            0 if from.individuals.iter().all(|one| one.operator == ADOPT) => ADOPT,
+            0 | 1 if from.individuals.iter().all(|one| one.operator == ADOPT) => ADOPT,
             0 | 1 if from.individuals.iter().all(|one| one.operator == FIT) => FIT,
             0 => "random",
             1 => "mutate",
