@@ -1104,6 +1104,17 @@ export interface components {
             /** @description Description of the problem. */
             text: string;
         };
+        /** @description A reflectance model. */
+        ModelAnswer: {
+            /** @description Short description. */
+            about: string;
+            /** @description Name in genomes. */
+            name: string;
+            /** @description Parameters, in the order of a genome's text. */
+            parameters: components["schemas"]["ParameterAnswer"][];
+            /** @description Author, year and title of the publication. */
+            source: string;
+        };
         /**
          * @description Meaning of vertex normals. It matters for large triangles near silhouettes and at grazing light.
          * @enum {string}
@@ -1148,6 +1159,35 @@ export interface components {
              */
             scalar_operations: number;
         };
+        /** @description A parameter of a model. */
+        ParameterAnswer: {
+            /** @description Short description with its symbol in the source. */
+            about: string;
+            /** @description Default values: one, or three of a colour; of a choice, the index of the word. */
+            default: number[];
+            /** @description `scalar`: one value. `color`: linear red, green and blue. `choice`: one of `words`. */
+            kind: components["schemas"]["ParameterKindName"];
+            /** @description Name in genomes. */
+            name: string;
+            /** @description Least and largest value, for each component; of a choice, the index of a word. */
+            range: number[];
+            /** @description Spacing of values over the range. */
+            scale: components["schemas"]["ParameterScaleName"];
+            /** @description Unit; empty if it has none. */
+            unit: string;
+            /** @description Words of a choice; empty for others. */
+            words: string[];
+        };
+        /**
+         * @description Kind of a parameter's values.
+         * @enum {string}
+         */
+        ParameterKindName: "scalar" | "color" | "choice";
+        /**
+         * @description Spacing of a parameter's values: equal steps look about equally large.
+         * @enum {string}
+         */
+        ParameterScaleName: "linear" | "logarithmic";
         ParentRef: string;
         /** @description Body of `PATCH /v1/individuals/{id}`. Absent fields keep their values. */
         PatchIndividual: {
@@ -1986,8 +2026,12 @@ export type MeshAnswer = components['schemas']['MeshAnswer'];
 export type MeshId = components['schemas']['MeshId'];
 export type MeshRef = components['schemas']['MeshRef'];
 export type MeshWarning = components['schemas']['MeshWarning'];
+export type ModelAnswer = components['schemas']['ModelAnswer'];
 export type Normals = components['schemas']['Normals'];
 export type OperationCounts = components['schemas']['OperationCounts'];
+export type ParameterAnswer = components['schemas']['ParameterAnswer'];
+export type ParameterKindName = components['schemas']['ParameterKindName'];
+export type ParameterScaleName = components['schemas']['ParameterScaleName'];
 export type ParentRef = components['schemas']['ParentRef'];
 export type PatchIndividual = components['schemas']['PatchIndividual'];
 export type PatchLineage = components['schemas']['PatchLineage'];

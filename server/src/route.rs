@@ -15,7 +15,7 @@ use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
     circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
-    lease, light_asset, lineage, lineage_file, mesh, operation, page, preset, render, scene,
+    lease, light_asset, lineage, lineage_file, mesh, model, operation, page, preset, render, scene,
     search, session, sheet, system, target, target_picture, thumbnail,
 };
 use crate::layer;
@@ -75,6 +75,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(individual::descendants))
         .routes(routes!(render::png))
         .routes(routes!(render::exr))
+        .routes(routes!(render::posted::png))
         .routes(routes!(circle::animation))
         .routes(routes!(circle::strip))
         .routes(routes!(circle::sheet))
@@ -86,7 +87,9 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(genome::create))
         .routes(routes!(genome::get))
         .routes(routes!(export::formats))
+        .routes(routes!(export::print))
         .routes(routes!(export::get))
+        .routes(routes!(model::list))
         .routes(routes!(mesh::create))
         .routes(routes!(mesh::get))
         .routes(routes!(geometry::get))

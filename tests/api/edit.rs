@@ -1,4 +1,5 @@
-//! Edited genomes: adoption as a child.
+//! Edited genomes: models with their parameters, source code of a genome that is not stored, and
+//! adoption as a child.
 
 use brood_tests::{TestLineage, TestServer, text_of};
 use reqwest::Method;
@@ -102,4 +103,85 @@ async fn a_parent_that_cannot_adopt_is_refused_with_a_pointer() {
     }
     let list = server.get(&format!("{lineage}/generations")).await.expect(200).json();
     assert_eq!(list["items"].as_array().unwrap().len(), 1, "a refused request stores nothing");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_genome_is_printed_as_source_code_without_being_stored() {
+    let edited = Edited::new().await;
+    let Edited { server, lineage, parent } = &edited;
+    let text = edited.text(0.61).await;
+    let path = "/v1/exports/glsl-es-300?uv_within=1";
+    let printed = server.post_bytes(path, TEXT, text.clone()).await.expect(200);
+    assert!(printed.header("content-type").starts_with("text/plain"), "{:?}", printed.headers);
+    let printed = printed.text();
+    let stored = server.get(&format!("{lineage}/generations")).await.expect(200).json();
+    assert_eq!(stored["items"].as_array().unwrap().len(), 1);
+    let body = json!({"genomes": [edited.stored(0.61).await], "parent": parent["id"]});
+    let made = server.post(&format!("{lineage}/adoptions"), &body).await.expect(201).json();
+    let id = text_of(&made["individuals"][0]["id"]);
+    let same = format!("/v1/individuals/{id}/exports/glsl-es-300?uv_within=1");
+    assert_eq!(server.get(&same).await.expect(200).text(), printed);
+    let genome = format!("/v1/genomes/{}", text_of(&made["individuals"][0]["hash"]));
+    let genome = server.get(&genome).await.expect(200).json();
+    assert_eq!(server.post(path, &genome).await.expect(200).text(), printed, "JSON is the same");
+    let limited = server.post(&format!("{path}&energy_limit=true"), &genome).await.expect(200);
+    let same = format!("{same}&energy_limit=true");
+    assert_eq!(limited.text(), server.get(&same).await.expect(200).text());
+
+    let problem = server.post_bytes(path, TEXT, edited.text(2.0).await).await.problem(422);
+    assert!(text_of(&problem["detail"]).contains("roughness must be between"), "{problem}");
+    assert!(problem["line"].as_u64().is_some(), "{problem}");
+    server.post_bytes("/v1/exports/cg", TEXT, text.clone()).await.problem(404);
+    server.post_bytes("/v1/exports/wgsl?uv_within=-1", TEXT, text.clone()).await.problem(400);
+    server.post_bytes("/v1/exports/wgsl", "image/png", text).await.problem(415);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn models_are_listed_with_the_ranges_of_their_parameters() {
+    let server = TestServer::start();
+    let models = server.get("/v1/models").await.expect(200).json();
+    let models = models.as_array().unwrap();
+    assert!(models.len() >= 15);
+    let conductor = models.iter().find(|one| one["name"] == "conductor").unwrap();
+    let find = |name: &str| {
+        let all = conductor["parameters"].as_array().unwrap();
+        all.iter().find(|one| one["name"] == name).unwrap()
+    };
+    let roughness = find("roughness");
+    assert_eq!(roughness["range"], json!([1e-4, 1.0]));
+    assert_eq!(
+        (&roughness["kind"], &roughness["scale"], &roughness["default"]),
+        (&json!("scalar"), &json!("logarithmic"), &json!([0.2]))
+    );
+    assert_eq!(
+        (&find("eta")["kind"], &find("stretch")["scale"]),
+        (&json!("color"), &json!("linear"))
+    );
+    let distribution = find("distribution");
+    assert_eq!(distribution["kind"], "choice");
+    assert_eq!(distribution["default"], json!([0.0]));
+    assert!(distribution["words"].as_array().unwrap().contains(&json!("ggx")), "{distribution}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_genome_is_rendered_without_being_stored() {
+    let edited = Edited::new().await;
+    let Edited { server, lineage, parent } = &edited;
+    let scene = text_of(&server.get(lineage).await.expect(200).json()["scene"]).to_owned();
+    let path = format!("/v1/render.png?scene={scene}&size=32&light_deg=20");
+    let text = edited.text(0.45).await;
+    let drawn = server.post_bytes(&path, TEXT, text.clone()).await.expect(200);
+    assert_eq!(drawn.picture().dimensions(), (32, 32));
+    let body = json!({"genomes": [edited.stored(0.45).await], "parent": parent["id"]});
+    let made = server.post(&format!("{lineage}/adoptions"), &body).await.expect(201).json();
+    let id = text_of(&made["individuals"][0]["id"]);
+    let same = format!("/v1/individuals/{id}/render.png?size=32&light_deg=20");
+    assert_eq!(server.get(&same).await.expect(200).body, drawn.body);
+
+    let problem = server.post_bytes(&path, TEXT, "brood 1\nnonsense\n").await.problem(422);
+    assert_eq!(problem["line"], json!(2), "{problem}");
+    server.post_bytes("/v1/render.png", TEXT, text.clone()).await.problem(400);
+    let unknown = "/v1/render.png?scene=0197f3c0-0000-7000-8000-000000000000";
+    server.post_bytes(unknown, TEXT, text.clone()).await.problem(404);
+    server.post_bytes(&format!("{path}&samples=4"), TEXT, text).await.problem(400);
 }

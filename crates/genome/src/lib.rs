@@ -64,4 +64,6 @@ pub use range::RANGE;
 pub use text::TextError;
 pub use variation::{DialectConstraints, Variation};
 
-pub use brood_brdf::{Input, InputMask, Model, ModelKind, Parameter, Parametrisation};
+pub use brood_brdf::{
+    Input, InputMask, Model, ModelKind, Parameter, ParameterKind, ParameterScale, Parametrisation,
+};

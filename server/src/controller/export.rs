@@ -1,17 +1,20 @@
-//! Exports of individuals as source code for other renderers.
+//! Exports of individuals and of genomes that are not stored, as source code for other renderers.
 
 use axum::Json;
+use axum::body::Body;
 use axum::extract::State;
-use axum::response::Response;
+use axum::response::{IntoResponse, Response};
 use brood_eval::express;
 use brood_export::{Format, export_within};
 use brood_genome::RANGE;
 use brood_protocol::IndividualId;
-use http::{HeaderMap, HeaderValue, header};
+use http::{HeaderMap, HeaderValue, Request, header};
 use serde::Deserialize;
 
 use super::file::FileHead;
-use crate::extract::{Path, Query};
+use super::genome;
+use crate::extract::{Path, Query, read_upload};
+use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -56,6 +59,46 @@ pub struct ExportQuery {
     uv_within: Option<f32>,
 }
 
+impl ExportQuery {
+    /// Returns the bound on texture coordinates.
+    fn within(&self) -> Result<f32, ApiError> {
+        let within = self.uv_within.unwrap_or(RANGE);
+        if (0.0..=RANGE).contains(&within) {
+            return Ok(within);
+        }
+        Err(ApiError::bad_parameter("uv_within", "must be 0 to 65504"))
+    }
+}
+
+fn parse_format(name: &str) -> Result<Format, ApiError> {
+    name.parse().map_err(|error| ApiError::not_found(format!("{error}")))
+}
+
+/// Returns a genome as source code, without storing it.
+#[utoipa::path(post, path = "/v1/exports/{format}", tag = "exports",
+    params(("format" = String, Path, description = "name of a format from `GET /v1/exports`"), ExportQuery),
+    request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
+    responses((status = 200, content_type = "text/plain")))]
+pub async fn print(
+    State(app): State<App>,
+    Query(query): Query<ExportQuery>,
+    Path(format): Path<String>,
+    request: Request<Body>,
+) -> Result<Response, ApiError> {
+    let (format, within) = (parse_format(&format)?, query.within()?);
+    let types = ["application/json", genome::TEXT];
+    let (content_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
+    let is_text = content_type.is(genome::TEXT);
+    let print = move || -> Result<String, ApiError> {
+        let genome = genome::parse(&bytes, is_text)?;
+        let limited = query.energy_limit.unwrap_or(genome.is_limited());
+        Ok(export_within(&express(&genome.with_limit(limited)), format, within))
+    };
+    let text = app.processors.run(print).await??;
+    let content_type = (header::CONTENT_TYPE, format.media_type());
+    Ok(([content_type, (header::CACHE_CONTROL, "no-store")], text).into_response())
+}
+
 /// Returns an individual as source code.
 #[utoipa::path(get, path = "/v1/individuals/{id}/exports/{format}", tag = "exports",
     params(("id" = IndividualId, Path),
@@ -67,14 +110,10 @@ pub async fn get(
     Path((id, format)): Path<(IndividualId, String)>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    let format: Format = format.parse().map_err(|error| ApiError::not_found(format!("{error}")))?;
+    let (format, within) = (parse_format(&format)?, query.within()?);
     let individual = app.store.individual(id).await?;
     let material = app.library.material(individual.hash).await?;
     let limited = query.energy_limit.unwrap_or(material.genome.is_limited());
-    let within = query.uv_within.unwrap_or(RANGE);
-    if !(0.0..=RANGE).contains(&within) {
-        return Err(ApiError::bad_parameter("uv_within", "must be 0 to 65504"));
-    }
     let is_as_bred = limited == material.genome.is_limited();
     let text = if is_as_bred && material.program.layers().is_empty() {
         export_within(&material.program, format, within)

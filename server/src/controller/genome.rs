@@ -17,7 +17,8 @@ use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
 
-const TEXT: &str = "text/x-brood";
+/// Media type of a genome's text.
+pub const TEXT: &str = "text/x-brood";
 const COLLECTION: &str = "/v1/genomes";
 
 /// Hash of a stored genome.
@@ -41,7 +42,7 @@ pub async fn create(
     let is_text = content_type.is(TEXT);
     create_once(&app, key, COLLECTION, bytes.clone(), async |attempt| {
         let parsed = app.processors.run(move || -> Result<_, ApiError> {
-            let genome = if is_text { from_text(&bytes)? } else { from_json(&bytes)? };
+            let genome = parse(&bytes, is_text)?;
             let program = express(&genome);
             let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
             Ok((genome, program, live))
@@ -94,6 +95,14 @@ pub async fn get(
     headers.insert(header::VARY, HeaderValue::from_static("accept"));
     headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("private, no-cache"));
     Ok(response)
+}
+
+/// Parses a genome, as text or as JSON.
+///
+/// # Errors
+/// [`ApiError`] with the line or the JSON pointer of the mistake.
+pub(super) fn parse(bytes: &[u8], is_text: bool) -> Result<Genome, ApiError> {
+    if is_text { from_text(bytes) } else { from_json(bytes) }
 }
 
 fn from_text(bytes: &[u8]) -> Result<Genome, ApiError> {

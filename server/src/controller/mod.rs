@@ -17,6 +17,7 @@ pub mod light_asset;
 pub mod lineage;
 pub mod lineage_file;
 pub mod mesh;
+pub mod model;
 pub mod operation;
 pub mod page;
 mod picture_query;

@@ -1,5 +1,7 @@
 //! Pictures of an individual at any size, scene, light and backend.
 
+pub mod posted;
+
 mod matched;
 
 use axum::extract::State;
