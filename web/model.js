@@ -63,6 +63,10 @@
  *
  * @typedef {api.Inspection} Inspection
  *
+ * @typedef {api.ModelAnswer} ModelInfo
+ *
+ * @typedef {api.ParameterAnswer} ParameterInfo
+ *
  * @typedef {api.Compared} Compared
  *
  * @typedef {api.Comparison} Comparison
@@ -94,8 +98,16 @@
  * @typedef {{instructions: number, machine: string, layers: Layer[]}} Genome
  *   Content of a genome's text; `machine`: dialect of its program.
  *
+ * @typedef {{of: Individual, text: string, layers: Layer[], typed: Map<string, string>, wrong:
+ *   Map<string, string>}} Edit
+ *   Parameters changed by hand. `text`: the stored genome; `layers`: present values; `typed`: texts
+ *   of fields that are being written or are wrong; `wrong`: reasons why, both by `fieldKey`.
+ *
+ * @typedef {{of: Individual, text: string}} Draft
+ *   An edited genome that is not stored; `of`: the individual that was edited.
+ *
  * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|
- *   "light"|"film"|"lineages"|"presets"|"centre"|"compare"|"comparison"|"inspector"|"activeTarget"|
+ *   "light"|"film"|"lineages"|"presets"|"centre"|"edit"|"compare"|"comparison"|"inspector"|"activeTarget"|
  *   "searches"|"target"|"search"|"job"|"found"} Place
  *   Place on the page where a problem is shown.
  *

@@ -11,6 +11,7 @@ import { chromium } from "playwright-core";
 
 import { compare, compareByFinger } from "./compare.mjs";
 import { comparison, comparisonByFinger } from "./comparison.mjs";
+import { edited, editedByFinger, editedLive } from "./edited.mjs";
 import { film } from "./film.mjs";
 import { hurried } from "./hurried.mjs";
 import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
@@ -234,6 +235,7 @@ async function coming(app) {
   await compare(app, step, shot);
   await comparison(app, step, shot);
   await models(app, step, shot, binary);
+  await edited(app, step, shot);
 }
 
 async function looking(app, base) {
@@ -260,6 +262,7 @@ async function drawn(app, base) {
   await film(app, step, shot);
   await limitedLive(app, step, shot, base);
   await modelsLive(app, step, shot, base);
+  await editedLive(app, step, shot);
   await exported(app, step, binary);
   app.quiet();
 }
@@ -282,6 +285,7 @@ async function narrow(app, base) {
   await comparisonByFinger(app, step, shotOf(app));
   await searchByFinger(app, step, shotOf(app));
   await targetByFinger(app, step, shotOf(app), base);
+  await editedByFinger(app, step, shotOf(app));
   app.quiet();
 }
 

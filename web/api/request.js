@@ -185,6 +185,13 @@ export const read = (path, { accept = "*/*", signal } = {}) =>
   sendRequest("GET", path, { accept, signal });
 
 /**
+ * Sends a body; the answer may be anything.
+ * @param {string} path
+ * @param {Options} options
+ */
+export const post = (path, options) => sendRequest("POST", path, options);
+
+/**
  * Reads a body in parts.
  * @param {Response} response
  * @param {(part: Uint8Array<ArrayBuffer>) => void} take

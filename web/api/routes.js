@@ -3,11 +3,11 @@
  * Independent of the page's state.
  *
  * @import { Comparison, Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage,
- *   Locks, MeshAnswer, Preset, Scene, SystemAnswer } from "../model.js"
+ *   Locks, MeshAnswer, ModelInfo, Preset, Scene, SystemAnswer } from "../model.js"
  *
  * @typedef {ReturnType<typeof import("./upload.js").sendingBy>} Send replaces fetch
  */
-import { patch, read, readAll, request } from "./request.js";
+import { patch, post, read, readAll, request } from "./request.js";
 
 /** @returns {Promise<SystemAnswer>} */
 export const getSystem = () => request("GET", "/v1/system");
@@ -92,10 +92,33 @@ export const listPresets = () => request("GET", "/v1/presets");
 /** @returns {Promise<ExportFormat[]>} */
 export const listExports = () => request("GET", "/v1/exports");
 
+/** @returns {Promise<ModelInfo[]>} */
+export const listModels = () => request("GET", "/v1/models");
+
+/** @param {string} text @returns {import("./request.js").Options} */
+const asGenome = (text) => ({ body: new Blob([text]), type: "text/x-brood", accept: "*/*" });
+
 /**
- * Adds genomes to a lineage as they are.
+ * The GLSL of a genome, which the server does not store.
+ * @param {string} text
+ * @param {number} within bound on texture coordinates
+ */
+export const printGenome = async (text, within) =>
+  (await post(`/v1/exports/glsl-es-300?uv_within=${within}`, asGenome(text))).text();
+
+/**
+ * A picture of a genome, which the server does not store.
+ * @param {string} text
+ * @param {string} sceneId
+ * @param {number} size
+ */
+export const renderGenome = async (text, sceneId, size) =>
+  (await post(`/v1/render.png?scene=${sceneId}&size=${size}`, asGenome(text))).blob();
+
+/**
+ * Adds genomes to a lineage as they are; `parent`: individual whose children they are.
  * @param {string} lineageId
- * @param {{genomes?: string[], presets?: string[]}} json
+ * @param {{genomes?: string[], presets?: string[], parent?: string}} json
  * @returns {Promise<Generation>}
  */
 export const adopt = (lineageId, json) =>

@@ -10,12 +10,13 @@ import { compareStore } from "../compare/store.js";
 import { clearProblems, guarded, showProblem } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
 import { sceneSettled } from "../scene/edit.js";
-import { deferGenerationEvents } from "./events.js";
+import { makeChild } from "./edit.js";
 import { isBred, navigationCount, show, storeBred } from "./generations.js";
 import { genomeOf } from "./genomes.js";
 import { individualIn, shownIndividual, updateIndividual } from "./individuals.js";
 import { locksFor } from "./layers.js";
 import { anyLocked } from "./locks.js";
+import { makeGeneration, whenNoneIsMade } from "./making.js";
 import { startClock } from "./pictures.js";
 import { FRAMES, centreOf, lineageStore } from "./store.js";
 
@@ -62,9 +63,6 @@ async function applicableLocks(parent) {
   return anyLocked(lineageStore.locks.value) ? lineageStore.locks.value : undefined;
 }
 
-/** The last brood that was asked for. @type {Promise<void>} */
-let runningBreed = Promise.resolve();
-
 /**
  * Breeds a brood and shows it. One at a time: a second click during breeding is ignored.
  * @param {string[]} parents ids; none for a random brood
@@ -72,11 +70,10 @@ let runningBreed = Promise.resolve();
 export async function breed(parents) {
   const of = lineageStore.lineage.value;
   if (!of || lineageStore.breeding.value) return;
-  lineageStore.breeding.value = true;
   const startedAt = navigationCount();
   startClock();
   clearProblems("stage", ...KNOBS);
-  const work = (async () => {
+  const work = async () => {
     await sceneSettled();
     const kept = parents.length > 0 ? await applicableLocks(parents[0]) : undefined;
     // Pictures of the brood are of the lineage's scene at its birth, or of a newer scene.
@@ -91,11 +88,9 @@ export async function breed(parents) {
     storeBred(made, sceneId);
     // Not shown if the user has navigated elsewhere meanwhile.
     if (startedAt === navigationCount()) await show(made.id, "visit");
-  })();
-  runningBreed = work;
-  deferGenerationEvents(work);
+  };
   try {
-    await work;
+    await makeGeneration(work);
   } catch (error) {
     const problem = problemOf(error);
     const place = problemPlace(problem);
@@ -103,8 +98,6 @@ export async function breed(parents) {
     const again = () =>
       void (lineageStore.lineage.value?.id === of.id ? breed(parents) : clearProblems(place));
     showProblem(place, { problem, retry: again });
-  } finally {
-    lineageStore.breeding.value = false;
   }
 }
 
@@ -114,7 +107,7 @@ export async function breed(parents) {
  * @param {string[]} parents
  */
 export async function breedNext(id, parents) {
-  while (lineageStore.breeding.value) await runningBreed.catch(() => {});
+  await whenNoneIsMade();
   if (lineageStore.lineage.value?.id === id) await breed(parents);
 }
 
@@ -130,7 +123,17 @@ export async function pick(cell) {
     return void (compareStore.targetInCentre.value = false);
   if (cell === "centre" && compareStore.flipped.value) return flip(false);
   const other = lineageStore.mate.value;
+  if (cell === "centre" && lineageStore.draft.value) return breedEdited(other);
   await breed(other && other.id !== chosen.id ? [chosen.id, other.id] : [chosen.id]);
+}
+
+/** Breeds from the centre as it was edited. @param {Individual|null} other the mate */
+async function breedEdited(other) {
+  const of = lineageStore.lineage.value;
+  const child = await makeChild();
+  // The reason is in the details.
+  if (!child) pageStore.detailsOpen.value = true;
+  if (of && child) await breedNext(of.id, other ? [child.id, other.id] : [child.id]);
 }
 
 /** Marks the individual in a frame as the mate, or removes the mark. @param {Cell} cell */

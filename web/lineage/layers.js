@@ -60,12 +60,15 @@ export function makeupInWords(of) {
 /** Parameters that are colours; others have three numbers too, such as an index of refraction. */
 const COLORS = new Set(["albedo", "base_color", "diffuse", "f0", "rho_d", "rho_s", "specular"]);
 
+/** True if a parameter of this name and three numbers is a colour. @param {string} name */
+export const isColor = (name) => COLORS.has(name);
+
 /**
  * The colour of a parameter for the screen; null if it is not a colour, or one outside of sRGB.
  * @param {Parameter} of
  */
 export function colorOf({ name, value }) {
-  if (typeof value === "string" || value.length !== 3 || !COLORS.has(name)) return null;
+  if (typeof value === "string" || value.length !== 3 || !isColor(name)) return null;
   if (value.some((part) => part < 0 || part > 1)) return null;
   return colorCode(value);
 }

@@ -2,14 +2,15 @@
  * Store of the open lineage: its generations, the one that is shown, how the next brood is bred,
  * and what the server said about genomes. Does no requests and no drawing.
  *
- * @import { ExportFormat, Generation, Genome, Individual, Inspection, Knobs, Lineage, Locks,
- *   Preset, Trail } from "../model.js"
+ * @import { Draft, Edit, ExportFormat, Generation, Genome, Individual, Inspection, Knobs, Lineage,
+ *   Locks, ModelInfo, Preset, Trail } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
  * @import { Descent } from "./history.js"
  */
 import { computed, signal } from "../vendor/signals-core.js";
 import { descentOf } from "./history.js";
 import { isLayered } from "./layers.js";
+import { hasValues, withParameters } from "./parameters.js";
 
 /** Number of frames around the centre. */
 export const FRAMES = 20;
@@ -26,13 +27,17 @@ export const noLocks = () => ({
   parameters: [],
 });
 
+/** True if a generation is one genome that was edited by hand. @param {Generation} of */
+const isEdit = ({ individuals, parents }) =>
+  individuals.length === 1 && individuals[0].operator === "adopt" && parents.length > 0;
+
 /**
  * The individual that a generation shows large: the centre, or the first child if it has no
- * parents.
+ * parents or is an edit of its parent.
  * @param {Generation} of
  * @returns {Individual|null}
  */
-export const centreOf = (of) => of.centre ?? of.individuals[0] ?? null;
+export const centreOf = (of) => (isEdit(of) ? null : of.centre) ?? of.individuals[0] ?? null;
 
 class LineageStore {
   /** @type {Signal<Lineage[]>} */
@@ -104,6 +109,12 @@ class LineageStore {
   polarOptions = signal({ plane: 0, color: "luminance", cosine: false, log: false });
   /** @type {Signal<Preset[]>} */
   presets = signal([]);
+  /** Models with the ranges of their parameters, by name. @type {Signal<Map<string, ModelInfo>>} */
+  models = signal(new Map());
+  /** True if the details show controls for parameters. @type {Signal<boolean>} */
+  editing = signal(false);
+  /** Edit of the centre, or of the last centre until its own is read. @type {Signal<Edit|null>} */
+  edit = signal(null);
   /** Languages in which the server exports source code. @type {Signal<ExportFormat[]>} */
   exportFormats = signal([]);
 
@@ -113,6 +124,13 @@ class LineageStore {
   );
   /** The individual shown large. @type {Signal<Individual|null>} */
   centre = computed(() => this.generation.value && centreOf(this.generation.value));
+  /** The centre as it was edited; null if it was not. @type {Signal<Draft|null>} */
+  draft = computed(() => {
+    const edit = this.edit.value;
+    if (!this.editing.value || !edit || edit.of.id !== this.centre.value?.id) return null;
+    if (hasValues(edit.text, edit.layers)) return null;
+    return { of: edit.of, text: withParameters(edit.text, edit.layers) };
+  });
   /** Generations by index. @type {Signal<Generation[]>} */
   ordered = computed(() => [...this.generations.value.values()].sort((a, b) => a.index - b.index));
   /** @type {Signal<Descent>} */

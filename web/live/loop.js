@@ -1,8 +1,8 @@
 /**
  * Loop that draws the frames live: under the moving light, while the object or a control is
- * dragged, and until the pictures of the change are there. Draws what is ready, prepares what is
- * missing, and draws nothing if nothing has changed. The server's pictures stay visible where this
- * has nothing to show.
+ * dragged, and until the pictures of the change are there; the centre also while it is edited.
+ * Draws what is ready, prepares what is missing, and draws nothing if nothing has changed. The
+ * server's pictures stay visible where this has nothing to show.
  *
  * @import { Cell, Individual, Scene } from "../model.js"
  * @import { Geometry } from "./geometry.js"
@@ -24,6 +24,7 @@ import {
   LIGHTS, directionSeen, lightsOf, normalizedLights, rotationOf, strengthOf, viewOf,
 } from "./camera.js";
 import { layOut, observePixels, openContext } from "./canvas.js";
+import { DraftMaterial } from "./draft_material.js";
 import { dropGeometry, loadGeometry, meshPath } from "./geometry.js";
 import { lightAt, startLight } from "./light_circle.js";
 import { readLitCells, updateLitCells } from "./lit_cells.js";
@@ -70,6 +71,7 @@ const AGAIN_MS = 5000;
 let makingMaterials = false;
 const resolution = new AdaptiveResolution();
 const cache = new MaterialCache(schedule);
+const draftMaterial = new DraftMaterial(schedule);
 
 /** True while light or object move, so that the server's pictures do not suffice. */
 const isMoving = () =>
@@ -117,6 +119,7 @@ function dropResources() {
   litKey = "";
   meteredKey = "";
   cache.lose();
+  draftMaterial.lose();
   showLive(new Set());
 }
 
@@ -261,7 +264,11 @@ function frame(now) {
   const scene = sceneStore.editedScene.value;
   const gl = context?.gl;
   const generation = lineageStore.generation.value;
-  if (!gl || gl.isContextLost() || !scene || !generation || !(isMoving() || isReplaced())) {
+  const draft = lineageStore.draft.value;
+  // Only the edited centre is drawn then.
+  const resting = !(isMoving() || isReplaced());
+  if (gl && !draft && !gl.isContextLost()) draftMaterial.drop(gl);
+  if (!gl || gl.isContextLost() || !scene || !generation || (resting && !draft)) {
     resolution.pause();
     liveStore.still.value = null;
     liveGeneration = "";
@@ -326,8 +333,18 @@ function frame(now) {
   if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
     lightSurface(gl, pens, metering, all);
     cache.remeter(gl);
+    draftMaterial.remeter(gl);
     meteredKey = lightsKey;
   }
+  const squares = resting ? layout.squares.filter(({ cell }) => cell === "centre") : layout.squares;
+  const making = {
+    meter,
+    look: { surface: metering, lights: all },
+    within: geometry.within,
+    together: context?.together ?? 1,
+  };
+  // Before the others, because the user sees only this one change.
+  const makingDraft = draftMaterial.work(gl, draft, making);
   /** @type {Individual[]} */
   const individuals = layout.squares.flatMap(({ cell }) => individualIn(cell) ?? []);
   // The centre's material is prepared first, because users look there first.
@@ -335,16 +352,12 @@ function frame(now) {
   const first = [centre, compareStore.pinned.value, ...individuals]
     .filter((one) => one !== null)
     .filter(isLiveDrawn);
-  makingMaterials = cache.work(gl, first, {
-    meter,
-    look: { surface: metering, lights: all },
-    within: geometry.within,
-    together: context?.together ?? 1,
-  });
+  makingMaterials = cache.work(gl, resting ? [] : first, making);
   const exposure = scene.film.exposure;
-  const materials = layout.squares.flatMap((square) => {
+  const materials = squares.flatMap((square) => {
     const of = individualSeenIn(square.cell);
-    const material = of && cache.drawable(of);
+    const edited = square.cell === "centre" && of?.id === draft?.of.id && draftMaterial.drawable;
+    const material = edited || (of && !resting && cache.drawable(of));
     return material ? [{ ...square, material }] : [];
   });
   // All frames have one light: none is drawn under a moved light before all can be.
@@ -368,9 +381,13 @@ function frame(now) {
   }
   const cells = new Set(materials.map(({ cell }) => cell));
   showLive(cells);
-  liveGeneration = generation.id;
-  publishLight(scene, geometry.extent, degrees);
-  if (makingMaterials || learning || liveStore.lightMoving.value) schedule();
+  // The light of a resting frame is that of its picture, and needs no dot.
+  if (resting) liveStore.drawnLight.value = { degrees, direction: null };
+  else {
+    liveGeneration = generation.id;
+    publishLight(scene, geometry.extent, degrees);
+  }
+  if (makingMaterials || makingDraft || learning || liveStore.lightMoving.value) schedule();
 }
 
 /** Draws whenever something visible has changed. */
@@ -386,6 +403,7 @@ export function watchLive() {
       sceneStore.draggedScene.value,
       sceneStore.draggedPose.value,
       lineageStore.readyId.value,
+      lineageStore.draft.value,
       liveStore.lightMoving.value,
       liveStore.supported.value,
       pageStore.clippingShown.value,

@@ -28,6 +28,11 @@ class LiveStore {
    */
   still = signal(null);
   /**
+   * Address of the server's picture of the edited centre; null if it is drawn live or not edited.
+   * @type {Signal<string|null>}
+   */
+  draftPicture = signal(null);
+  /**
    * Present angle of the light and its direction from the centre as the camera sees it (null
    * without a light). Changes with every drawing, so no component may depend on it.
    * @type {Signal<{degrees: number, direction: Vec3|null}|null>}

@@ -14,7 +14,10 @@ const OPERATORS = {
 };
 
 /** @param {Individual} of */
-export const madeBy = (of) => OPERATORS[of.operator] ?? of.operator;
+export const madeBy = (of) =>
+  of.operator === "adopt" && of.parents.length > 0
+    ? "editing its parent"
+    : (OPERATORS[of.operator] ?? of.operator);
 
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 /** @param {number} power */

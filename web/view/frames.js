@@ -56,6 +56,7 @@ function label(cell, of) {
   if (lineageStore.failedPictures.value.has(of.thumbnail)) parts.push("its picture could not be loaded");
   if (lineageStore.mate.value?.id === of.id) parts.push("mate");
   if (compareStore.pinned.value?.id === of.id) parts.push("B");
+  if (cell === "centre" && lineageStore.draft.value?.of.id === of.id) parts.push("edited, not stored");
   if (cell === "centre" && compareStore.targetInCentre.value) parts.push("the target is shown in its place");
   if (cell === "centre" && compareStore.flipped.value) parts.push("B is shown in its place");
   return parts.join(", ");
@@ -179,6 +180,7 @@ function Frame({ cell }) {
   const large = centre && of && largeUrl(of);
   const lit = of && !drawnLive ? stillUrl(of, centre) : null;
   const other = centre ? compareStore.pinned.value : null;
+  const edited = centre && of !== null && lineageStore.draft.value?.of.id === of.id;
   const isB = of !== null && compareStore.pinned.value?.id === of.id;
   const flippedHere = other !== null && compareStore.flipped.value;
   const away = flippedHere || (centre && compareStore.targetInCentre.value);
@@ -201,6 +203,7 @@ function Frame({ cell }) {
           <${Picture} of=${of} cell=${cell} />
           ${large && html`<${Large} url=${large} />`}
           ${lit && html`<${Still} key=${of.id} url=${lit} />`}
+          ${edited && liveStore.draftPicture.value && html`<img class="still" data-testid="draft-picture" src=${liveStore.draftPicture.value} alt="" draggable=${false} />`}
           <${Marks} url=${lit ?? (large && lineageStore.loadedPictures.value.has(large) ? large : of.thumbnail)} />
           ${other && html`<${Other} of=${other} />`}
           ${centre && searchStore.activeTarget.value && html`<${TargetInCentre} size=${lineageStore.readyId.value === lineageStore.shownId.value ? Math.max(256, viewStore.centre_px.value) : 256} />`}
@@ -214,6 +217,7 @@ function Frame({ cell }) {
           onClick=${() => flip(!compareStore.flipped.value)}><span class=${flippedHere ? "a" : "a on"}></span><span class=${flippedHere ? "b on" : "b"}></span></button>`}
         ${centre && html`<${TargetFlip} />`}
         ${isMate && html`<span class="badge" data-testid="mate-badge">mate</span>`}
+        ${edited && html`<span class="badge edited" data-testid="edit-badge" title="The picture shows parameters that are not stored">edited</span>`}
       `}
     </div>
   `;

@@ -6,6 +6,7 @@
 import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
 import { nameOf, setNote } from "../../lineage/breed.js";
+import { presentEdit } from "../../lineage/edit.js";
 import { visit } from "../../lineage/generations.js";
 import { inspect } from "../../lineage/inspections.js";
 import { openInspector } from "../../lineage/inspector.js";
@@ -22,6 +23,7 @@ import { isPlain } from "../keys.js";
 import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { TargetSection } from "../search/active_target.js";
+import { EditButtons, Editor } from "./editor.js";
 import { Exports } from "./exports.js";
 import { Layers } from "./layers.js";
 
@@ -96,7 +98,8 @@ function Centre() {
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
         <${Fact} name="brood's seed" value=${within.seed} />
       </dl>
-      ${layers && html`<${Layers} of=${layers} lockable=${true} />`}
+      ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}
+      ${layers && html`<${EditButtons} />`}
       <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
       <button type="button" class="start" data-testid="search-from" title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>
       <${Exports} of=${of} name=${lineageStore.lineage.value?.name ?? ""} within=${within} place="centre" />
