@@ -14,8 +14,11 @@ const START_TIMEOUT_MS = 60_000;
 /** Path of the program under test. */
 export const binary = process.env.BROOD_BIN ?? join(root, "target/debug/brood");
 
-/** Starts `$BROOD_BIN`, or target/debug/brood, and resolves when it listens. */
-export async function startServer() {
+/**
+ * Starts `$BROOD_BIN`, or target/debug/brood, and resolves when it listens.
+ * @param {string[]} more options of `brood serve`
+ */
+export async function startServer(more = []) {
   const data = await mkdtemp(join(tmpdir(), "brood-journey-"));
   const options = [
     "serve",
@@ -28,6 +31,7 @@ export async function startServer() {
     "1",
     "--backend",
     "cpu",
+    ...more,
   ];
   const child = spawn(binary, options, { stdio: ["ignore", "pipe", "pipe"] });
   let log = "";

@@ -1,6 +1,7 @@
 //! `cargo xtask bench`: other programs and brood on the same work: speed (`peers`), pictures
 //! (`pictures`), fits of measured materials (`fit`) and recovery of materials from pictures
-//! (`inverse`); and the frame rate of the page in a browser (`live`).
+//! (`inverse`); and the page in a browser: its frame rate (`live`), and its times far from the
+//! server (`far`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is reported and
 //! skipped; with --require the run then fails. `environment` installs the peers, `compare` computes
@@ -8,6 +9,7 @@
 
 mod compare;
 mod environment;
+mod far;
 mod fit;
 mod inverse;
 mod live;
@@ -24,6 +26,7 @@ use serde_json::{Value, json};
 use crate::shell;
 use environment::{Environment, Peer};
 
+pub use far::run as far;
 pub use fit::run as fit;
 pub use inverse::run as inverse;
 pub use live::run as live;
@@ -43,6 +46,8 @@ enum Task {
     Inverse,
     /// Frames per second of the page.
     Live,
+    /// Times of the page far from the server.
+    Far,
 }
 
 impl Task {
@@ -54,6 +59,7 @@ impl Task {
             Self::Fit => "fit",
             Self::Inverse => "inverse",
             Self::Live => "live",
+            Self::Far => "far",
         }
     }
 }
