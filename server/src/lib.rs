@@ -19,6 +19,7 @@
 mod access;
 mod answer;
 mod breeding;
+mod bundle;
 mod clock;
 mod config;
 mod connection;

@@ -17,6 +17,7 @@ mod energy;
 mod event;
 mod evolve;
 mod export;
+mod far;
 mod fit;
 mod fit_image;
 mod gallery;

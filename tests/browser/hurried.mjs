@@ -3,6 +3,8 @@
 
 import { strict as assert } from "node:assert";
 
+import { MODULES } from "./page.mjs";
+
 /** Delay of requests that is long enough for other actions. */
 const HELD_MS = 1200;
 
@@ -47,6 +49,7 @@ const redrawn = (page) =>
 
 export async function hurried(app, step, base) {
   const { page } = app;
+  app.path = MODULES;
   // The browser logs blocked pictures, and conflicts that were retried.
   app.ignores = (text) => ["ERR_FAILED", "412", "404"].some((known) => text.includes(known));
   const bred = "**/v1/lineages/*/generations";
@@ -326,5 +329,6 @@ export async function hurried(app, step, base) {
     assert.equal(await other.locator("[data-frame]").count(), 21);
     await other.close();
   });
+  app.path = "/";
   app.quiet();
 }

@@ -6,11 +6,19 @@ import { createRequire } from "node:module";
 
 const axeFile = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 
+/** Path of the page in modules. */
+export const MODULES = "/web/index.html";
+
 /** One open page. Waits for states and never for a time. */
 export class BroodPage {
   #base;
   /** Errors of scripts, of the content security policy and of requests; all are failures. */
   complaints = [];
+  /**
+   * Path of the page: `/` loads one script, MODULES each module by itself, so that a test can
+   * import the page's own.
+   */
+  path = "/";
   /** True for console messages that are expected. */
   ignores = () => false;
 
@@ -44,7 +52,7 @@ export class BroodPage {
 
   /** Opens the page; on an empty server it creates a lineage of materials. */
   async open(hash = "") {
-    await this.page.goto(this.#base + "/" + hash);
+    await this.page.goto(this.#base + this.path + hash);
     return this.ready();
   }
 

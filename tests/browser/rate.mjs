@@ -11,6 +11,7 @@ import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
 import { runExports } from "./exports.mjs";
+import { MODULES } from "./page.mjs";
 import { binary, startServer } from "./server.mjs";
 
 const { values } = parseArgs({
@@ -61,7 +62,7 @@ async function made(url, object, seed) {
   const scene = await send("/v1/scenes", { mesh: object });
   const lineage = await send("/v1/lineages", { name: "rate", scene: scene.id });
   const bred = await send(`/v1/lineages/${lineage.id}/generations`, { parents: [], seed });
-  return `${url}/#/lineage/${lineage.id}/generation/${bred.id}`;
+  return `${url}${MODULES}#/lineage/${lineage.id}/generation/${bred.id}`;
 }
 
 /** Name of the renderer in this browser. */

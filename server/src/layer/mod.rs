@@ -1,6 +1,6 @@
-//! Layers around every request, one concern per file. From the outside in: [`finish`] (id, span,
-//! metrics, problem bodies, security headers), panics, [`host`], [`origin`], [`gate`] (access and
-//! shutdown). [`query`] is around the documented routes only.
+//! Layers around every request, one concern per file. From the outside in: compression, [`finish`]
+//! (id, span, metrics, problem bodies, security headers), panics, [`host`], [`origin`], [`gate`]
+//! (access and shutdown). [`query`] is around the documented routes only.
 
 mod finish;
 mod gate;
@@ -10,16 +10,23 @@ mod query;
 mod watch;
 
 use axum::Router;
-use axum::middleware::{from_fn, from_fn_with_state};
+use axum::extract::Request;
+use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::response::{IntoResponse, Response};
+use http::HeaderValue;
+use http::header::ACCEPT_ENCODING;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::{CompressionLayer, CompressionLevel};
 use utoipa::openapi::OpenApi;
 
 use crate::problem::ApiError;
 use crate::state::App;
-use axum::response::{IntoResponse, Response};
 use query::QueryRoutes;
 
 pub use gate::{COOKIE, token};
+
+/// Level of Brotli and gzip: higher ones take several times as long for a few percent.
+const COMPRESSION: CompressionLevel = CompressionLevel::Precise(5);
 
 /// Wraps documented routes in the check of their queries.
 pub fn check_queries<S: Clone + Send + Sync + 'static>(
@@ -37,6 +44,22 @@ pub fn wrap(router: Router, app: &App) -> Router {
         .layer(from_fn_with_state(app.clone(), host::check))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(app.clone(), finish::finish))
+        // Outermost, because `finish` replaces bodies. Skips pictures and event streams.
+        .layer(CompressionLayer::new().quality(COMPRESSION))
+        .layer(from_fn(accept_identity))
+}
+
+/// Makes uncompressed answers acceptable if nothing else is. Without this, a change would be made
+/// and then answered with 406.
+async fn accept_identity(mut request: Request, next: Next) -> Response {
+    let headers = request.headers_mut();
+    if let http::header::Entry::Occupied(mut accepted) = headers.entry(ACCEPT_ENCODING) {
+        let values: Vec<HeaderValue> = accepted.iter().cloned().collect();
+        // The first of several values of an encoding counts.
+        accepted.insert(HeaderValue::from_static("identity;q=0.001"));
+        values.into_iter().for_each(|value| accepted.append(value));
+    }
+    next.run(request).await
 }
 
 fn panicked(payload: Box<dyn std::any::Any + Send>) -> Response {
