@@ -1,9 +1,9 @@
-//! Clients far from the server: the page in one script, compressed answers.
+//! Clients far from the server: the page in one script, compressed answers, small thumbnails.
 
 use std::io::Read;
 use std::time::Duration;
 
-use brood_tests::{Answer, TestLineage, TestServer, text_of};
+use brood_tests::{Answer, TestLineage, TestServer, ids, text_of};
 use reqwest::Method;
 use serde_json::json;
 
@@ -128,4 +128,52 @@ async fn pictures_and_event_streams_are_not_compressed() {
     assert!(!events.headers().contains_key("content-encoding"));
     let first = tokio::time::timeout(Duration::from_secs(10), events.chunk()).await.unwrap();
     assert!(first.unwrap().is_some(), "events arrive as they happen");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn thumbnails_as_webp_are_near_the_png_in_fewer_bytes() {
+    let server = TestServer::start();
+    let lineage = TestLineage::with(&server, json!({"name": "256 pixels"})).await;
+    let parent = ids(&lineage.random(1).await)[0].clone();
+    let generation = lineage.breed(json!({"parents": [parent], "seed": 2})).await;
+    let (mut png_bytes, mut webp_bytes) = (0, 0);
+    let (mut sum, mut count) = (0.0, 0.0);
+    for child in generation["individuals"].as_array().unwrap() {
+        let url = text_of(&child["thumbnail"]);
+        let png = server.get(&url).await.expect(200);
+        let small = url.replace(".png", ".webp");
+        let webp = server.get(&small).await.expect(200);
+        assert_eq!(webp.header("content-type"), "image/webp");
+        assert!(webp.header("cache-control").contains("immutable"));
+        let etag = webp.header("etag");
+        assert_ne!(etag, png.header("etag"), "other bytes have another tag");
+        let again = server.request(Method::GET, &small).header("if-none-match", &etag);
+        server.send(again).await.expect(304);
+        let exact = png.picture();
+        let near = webp::Decoder::new(&webp.body).decode().expect("WebP can be decoded");
+        assert_eq!((near.width(), near.height()), exact.dimensions());
+        let (mut own_sum, mut own_count) = (0, 0);
+        for (exact, near) in exact.pixels().zip(near.chunks(if near.is_alpha() { 4 } else { 3 })) {
+            if near.len() == 4 {
+                assert_eq!(exact.0[3], near[3], "alpha is exact");
+            }
+            if exact.0[3] > 0 {
+                own_sum += (0..3).map(|at| u32::from(exact.0[at].abs_diff(near[at]))).sum::<u32>();
+                own_count += 3;
+            }
+        }
+        // Colourful noise differs most, as WebP stores colours at half the resolution.
+        let mean = f64::from(own_sum) / f64::from(own_count);
+        assert!(mean < 10.0, "{small}: {mean} codes in the mean");
+        sum += f64::from(own_sum);
+        count += f64::from(own_count);
+        png_bytes += png.body.len();
+        webp_bytes += webp.body.len();
+    }
+    assert!(sum / count < 6.0, "{} codes in the mean of the brood", sum / count);
+    assert!(webp_bytes < png_bytes / 3, "{webp_bytes} and {png_bytes} bytes");
+    let url = text_of(&generation["individuals"][0]["thumbnail"]);
+    for ending in [".jpg", ".webp.png", ".avif", "", "."] {
+        server.get(&url.replace(".png", ending)).await.problem(404);
+    }
 }

@@ -9,9 +9,11 @@ mod coalesce;
 mod disk;
 mod segment;
 mod url;
+mod webp;
 
 pub use cache::{Failure, Lookup, PictureCache};
 pub use check::check;
 pub use coalesce::Coalescer;
 pub use disk::DiskCache;
 pub use url::thumbnail_url;
+pub use webp::webp_of_png;
