@@ -16,7 +16,7 @@ import {
   beginNavigation, clearSceneNotes, isBred, navigationCount, noteSceneOf, redoId, show, storeBred,
   undoId,
 } from "./generations.js";
-import { clearReady, startClock } from "./pictures.js";
+import { clearReady, preloadPictures, startClock } from "./pictures.js";
 import { DEFAULT_SATURATION, FRAMES, lineageStore, noLocks } from "./store.js";
 import { followChanges } from "./sync.js";
 
@@ -24,15 +24,23 @@ import { followChanges } from "./sync.js";
 export async function openFromAddress() {
   await guarded("stage", async () => {
     const wanted = route.parse(location.hash);
-    [pageStore.serverInfo.value, lineageStore.lineages.value] = await Promise.all([
-      api.getSystem(),
-      api.listLineages(),
-    ]);
-    if (!wanted.lineage) return openNewest();
+    const readLists = async () => {
+      [pageStore.serverInfo.value, lineageStore.lineages.value] = await Promise.all([
+        api.getSystem(),
+        api.listLineages(),
+      ]);
+    };
+    const lists = readLists();
+    if (!wanted.lineage) {
+      await lists;
+      return openNewest();
+    }
     try {
-      await open(wanted.lineage, wanted.generation);
+      // At once, because each round trip to a server far away is seen.
+      await Promise.all([lists, open(wanted.lineage, wanted.generation)]);
     } catch (error) {
       if (![404, 410, 422, 400].includes(problemOf(error).status)) throw error;
+      await lists;
       await openNewest();
       showProblem("stage", {
         problem: {
@@ -121,11 +129,12 @@ export const STARTS = {
 export async function open(id, wanted, begin = beginAtRandom) {
   const isNewest = beginNavigation();
   const [of, all] = await Promise.all([api.getLineage(id), api.listGenerations(id)]);
+  const newest = all.at(-1);
+  const target = all.find((one) => one.id === wanted) ?? newest ?? null;
+  if (target && isNewest()) preloadPictures(target);
   const scene = await api.getScene(of.scene);
   if (!isNewest()) return;
   clearReady();
-  const newest = all.at(-1);
-  const target = all.find((one) => one.id === wanted) ?? newest ?? null;
   const bred = target && isBred(target) ? target : null;
   clearSceneNotes();
   noteSceneOf(all, of.scene);

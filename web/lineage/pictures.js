@@ -2,12 +2,15 @@
  * Loading of the page's pictures: retries, the time from a click to the last picture, and
  * `body[data-ready]`, the id of the generation whose pictures are all loaded (browser tests wait
  * for it).
+ *
+ * @import { Generation } from "../model.js"
  */
 import { effect } from "../vendor/signals-core.js";
+import { pictureOfSource, pictureSource } from "../page/distance.js";
 import { pageStore } from "../page/store.js";
 import { sceneStore } from "../scene/store.js";
 import { twinsInWords } from "./locks.js";
-import { lineageStore } from "./store.js";
+import { centreOf, lineageStore } from "./store.js";
 
 /** Number of retries after which a picture counts as failed. */
 const RETRIES = 6;
@@ -23,6 +26,21 @@ let clock = null;
 export function startClock() {
   clock = performance.now();
   lineageStore.elapsed_ms.value = null;
+}
+
+/**
+ * Requests the pictures of a generation that will be shown once more has been read, the centre's
+ * first.
+ * @param {Generation} of
+ */
+export function preloadPictures(of) {
+  const centre = centreOf(of);
+  for (const one of new Set([centre, ...of.individuals])) {
+    if (!one) continue;
+    const image = new Image();
+    image.fetchPriority = one === centre ? "high" : "auto";
+    image.src = pictureSource(one.thumbnail);
+  }
 }
 
 /** Marks the shown pictures as about to be replaced. */
@@ -92,8 +110,8 @@ export function retryFailed() {
 export function forgetPictures(next) {
   const kept = new Set(next);
   for (const image of document.querySelectorAll("img")) {
-    const url = image.getAttribute("src");
-    if (url) kept.add(url);
+    const source = image.getAttribute("src");
+    if (source) kept.add(pictureOfSource(source));
   }
   const { loadedPictures, failedPictures, pictureRetries } = lineageStore;
   loadedPictures.value = new Set([...loadedPictures.value].filter((url) => kept.has(url)));

@@ -14,6 +14,7 @@ import { lineageStore } from "../lineage/store.js";
 import { observePixels } from "../live/canvas.js";
 import { attachCanvas, isServerDrawn, schedule } from "../live/loop.js";
 import { liveStore } from "../live/store.js";
+import { pictureSource } from "../page/distance.js";
 import { pageStore } from "../page/store.js";
 import { globe } from "../scene/rotation.js";
 import { sceneStore } from "../scene/store.js";
@@ -77,7 +78,8 @@ function Picture({ of, cell }) {
       data-frame=${cell}
       data-generation=${lineageStore.shownId.value}
       class=${lineageStore.loadedPictures.value.has(url) ? "" : "waiting"}
-      src=${url}
+      fetchpriority=${cell === "centre" ? "high" : undefined}
+      src=${pictureSource(url)}
       alt=""
       draggable=${false}
       onLoad=${() => pictureLoaded(url)}

@@ -1,6 +1,7 @@
 /** Pictures beside the frames: history, favourites, comparisons, lists. */
 import { pictureFailed, pictureLoaded } from "../lineage/pictures.js";
 import { lineageStore } from "../lineage/store.js";
+import { pictureSource } from "../page/distance.js";
 import { html } from "./html.js";
 
 /**
@@ -15,5 +16,5 @@ export function ServerPicture({ url, alt = "", side, lazy = false, name, onFaile
     const often = pictureFailed(url);
     onFailed?.(often);
   };
-  return html`<img key=${`${url} ${tried}`} class=${name} src=${url} alt=${alt} width=${side} height=${side} loading=${lazy ? "lazy" : undefined} draggable=${false} onLoad=${() => pictureLoaded(url)} onError=${failed} />`;
+  return html`<img key=${`${url} ${tried}`} class=${name} src=${pictureSource(url)} alt=${alt} width=${side} height=${side} loading=${lazy ? "lazy" : undefined} draggable=${false} onLoad=${() => pictureLoaded(url)} onError=${failed} />`;
 }
