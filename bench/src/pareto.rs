@@ -5,6 +5,7 @@
 
 mod albedo;
 mod backend;
+mod environment;
 mod highlight;
 mod lambert;
 mod lights;
@@ -73,6 +74,8 @@ enum Sweep {
     Prefix,
     /// Samples of lights with an extent
     Lights,
+    /// Light from environments, prefiltered and sampled
+    Environment,
     /// Evaluators: instruction sets, the f64 reference and the GPU
     Backend,
 }
@@ -116,5 +119,6 @@ fn measure(sweep: Sweep, args: &BenchParetoArgs) -> Result<Vec<Finding>> {
         // These draw nothing at random.
         Sweep::Highlight => vec![highlight::measure(short, data)?],
         Sweep::Lights => lights::measure(short)?,
+        Sweep::Environment => environment::measure(short)?,
     })
 }

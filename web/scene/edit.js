@@ -211,6 +211,15 @@ export function chooseLight(kind) {
 }
 
 /**
+ * Lights the object with a built-in environment instead of the first light.
+ * @param {string} image its name in scenes
+ */
+export function chooseEnvironment(image) {
+  stopUpload("light");
+  return setLight("environment", { image, samples: SKY_SAMPLES });
+}
+
+/**
  * Uploads an IES profile or an environment picture, and lights the object with it.
  * @param {"ies"|"environment"} kind
  * @param {File} file

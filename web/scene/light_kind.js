@@ -10,6 +10,14 @@
  * @typedef {"intensity"|"irradiance_w_m2"|"radiance_w_m2_sr"|"scale"|null} Adjusted
  */
 
+/** Names on the page of the built-in environments, by their names in scenes. */
+export const ENVIRONMENTS = {
+  studio: "studio",
+  overcast: "overcast sky",
+  "low-sun": "low sun",
+  interior: "interior",
+};
+
 /**
  * By kind: the name on the page, the adjusted field, whether the light has a position, and the
  * endings of its file if it needs one.

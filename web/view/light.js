@@ -8,10 +8,10 @@ import { individualSeenIn } from "../compare/ab.js";
 import { commitAngle, dragAngle, restAngle, setLightMoving } from "../live/light_circle.js";
 import { isServerDrawn } from "../live/loop.js";
 import { liveStore } from "../live/store.js";
-import { chooseLight, lightByFile, setShadows } from "../scene/edit.js";
+import { chooseEnvironment, chooseLight, lightByFile, setShadows } from "../scene/edit.js";
 import { NEUTRAL } from "../scene/light_color.js";
 import { commitLight, dragLight, dragShape } from "../scene/light_controls.js";
-import { LIGHT_KINDS } from "../scene/light_kind.js";
+import { ENVIRONMENTS, LIGHT_KINDS } from "../scene/light_kind.js";
 import { shapeControls } from "../scene/light_shape.js";
 import { sceneStore } from "../scene/store.js";
 import { stopUpload } from "../scene/upload.js";
@@ -111,17 +111,33 @@ function readFile(kind, event) {
   input.value = "";
 }
 
+/** Start of the values of built-in environments in the list of kinds. */
+const BUILT_IN = "environment ";
+
+/** @param {Event} event */
+function choose(event) {
+  const { value } = /** @type {HTMLSelectElement} */ (event.target);
+  if (value.startsWith(BUILT_IN)) void chooseEnvironment(value.slice(BUILT_IN.length));
+  else void chooseLight(/** @type {import("../model.js").LightKind} */ (value));
+}
+
 /** Kind of light, and shadows. */
 function Kind() {
   const scene = sceneStore.editedScene.value;
-  const kind = scene?.lights?.[0]?.kind ?? "point";
+  const first = scene?.lights?.[0];
+  const kind = first?.kind ?? "point";
+  const environment = kind === "environment" && Object.hasOwn(ENVIRONMENTS, first?.image ?? "") ? first?.image : null;
   const others = (scene?.lights?.length ?? 1) - 1;
   return html`
     <div class="row">
-      <select data-testid="light-kind" aria-label="Kind of light" disabled=${!scene}
-        onChange=${(/** @type {Event} */ event) => chooseLight(/** @type {import("../model.js").LightKind} */ (/** @type {HTMLSelectElement} */ (event.target).value))}>
-        ${KINDS.map((one) => html`<option key=${one} value=${one} selected=${one === kind}>${LIGHT_KINDS[one].name}</option>`)}
-        ${LIGHT_KINDS[kind].accept && html`<option value=${kind} selected>${LIGHT_KINDS[kind].name}</option>`}
+      <select data-testid="light-kind" aria-label="Kind of light" disabled=${!scene} onChange=${choose}>
+        <optgroup label="Lamps">
+          ${KINDS.map((one) => html`<option key=${one} value=${one} selected=${one === kind}>${LIGHT_KINDS[one].name}</option>`)}
+        </optgroup>
+        <optgroup label="Environments">
+          ${Object.entries(ENVIRONMENTS).map(([image, name]) => html`<option key=${image} value=${BUILT_IN + image} selected=${image === environment}>${name}</option>`)}
+        </optgroup>
+        ${LIGHT_KINDS[kind].accept && environment === null && html`<option value=${kind} selected>${LIGHT_KINDS[kind].name}</option>`}
       </select>
       <${Switch} id="shadows" name="shadows" on=${scene?.shadows ?? false} onInput=${setShadows} title="Objects cast shadows" />
     </div>

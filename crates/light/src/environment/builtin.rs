@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::EnvironmentMap;
 
 /// Columns and rows of the maps.
-const SIZE: (usize, usize) = (1024, 512);
+const SIZE: (usize, usize) = (768, 384);
 
 /// Built-in environment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
