@@ -52,8 +52,8 @@ pub fn measure(short: bool) -> Result<Vec<Finding>> {
     let workload = if short {
         Workload { size_px: 24, samples: &[4], reference_samples: 16, repeats: 1 }
     } else {
-        let samples = &[4, 16, 64, 256];
-        Workload { size_px: 96, samples, reference_samples: 256, repeats: 2 }
+        let samples = &[4, 16, 64];
+        Workload { size_px: 64, samples, reference_samples: 256, repeats: 2 }
     };
     let bar = output::spinner("light from environments");
     let mut outcomes = Vec::new();
@@ -76,7 +76,7 @@ fn sweep(
     program: &Program,
     workload: &Workload,
 ) -> Result<Vec<Outcome>> {
-    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Ball), LightAssets::default());
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     let size_px = workload.size_px;
     let scene = |samples: u32| -> Result<Scene> {
         let image = environment.name();
@@ -202,7 +202,7 @@ fn finding(outcomes: &[Outcome], workload: &Workload) -> Finding {
     let samples = u32::from(REFERENCE_RAYS) * reference_samples;
     let chart = Plot {
         title: "Light from environments".to_owned(),
-        subtitle: format!("shader ball, {size_px} x {size_px} pixels; against {samples} samples"),
+        subtitle: format!("sphere, {size_px} x {size_px} pixels; against {samples} samples"),
         x: Axis::log("milliseconds of one more material"),
         y: Axis::log("RMSE in codes"),
         series,
@@ -210,7 +210,7 @@ fn finding(outcomes: &[Outcome], workload: &Workload) -> Finding {
     Finding {
         name: "environment",
         note: format!(
-            "Shader ball at {size_px} x {size_px}, adaptive, without shadows, automatic exposure; RMSE in codes of pixels \
+            "Sphere at {size_px} x {size_px}, adaptive, without shadows, automatic exposure; RMSE in codes of pixels \
              away from the silhouette, against {samples} samples of each pixel; time of the first picture of a view, and of \
              one more material (more_ms); the last way of each row is prefiltered; one thread"
         ),
