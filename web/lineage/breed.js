@@ -10,7 +10,7 @@ import { compareStore } from "../compare/store.js";
 import { clearProblems, guarded, showProblem } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
 import { sceneSettled } from "../scene/edit.js";
-import { makeChild } from "./edit.js";
+import { makeChild, presentEdit } from "./edit.js";
 import { isBred, navigationCount, show, storeBred } from "./generations.js";
 import { genomeOf } from "./genomes.js";
 import { individualIn, shownIndividual, updateIndividual } from "./individuals.js";
@@ -123,12 +123,14 @@ export async function pick(cell) {
     return void (compareStore.targetInCentre.value = false);
   if (cell === "centre" && compareStore.flipped.value) return flip(false);
   const other = lineageStore.mate.value;
-  if (cell === "centre" && lineageStore.draft.value) return breedEdited(other);
+  const isEdited = lineageStore.draft.value || (presentEdit()?.wrong.size ?? 0) > 0;
+  if (cell === "centre" && isEdited) return breedEdited(other);
   await breed(other && other.id !== chosen.id ? [chosen.id, other.id] : [chosen.id]);
 }
 
 /** Breeds from the centre as it was edited. @param {Individual|null} other the mate */
 async function breedEdited(other) {
+  if (lineageStore.breeding.value) return;
   const of = lineageStore.lineage.value;
   const child = await makeChild();
   // The reason is in the details.

@@ -105,6 +105,22 @@ impl<'a> SceneView<'a> {
         Self { scene, mesh, assets, key: hasher.finalize() }
     }
 
+    pub(crate) fn scene(&self) -> &Scene {
+        self.scene
+    }
+
+    /// Returns the same view of another scene, which differs in its lights.
+    pub(crate) fn with_scene<'b>(&self, scene: &'b Scene) -> SceneView<'b>
+    where
+        'a: 'b,
+    {
+        let json = serde_json::to_vec(&scene.lights).expect("lights are finite numbers and words");
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.key.as_bytes());
+        hasher.update(&json);
+        SceneView { scene, mesh: self.mesh, assets: self.assets, key: hasher.finalize() }
+    }
+
     fn render(&self, raster: Raster) -> SampleSet {
         SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)
     }
@@ -210,7 +226,10 @@ impl Caches {
                     let gathered_bytes = GatheredLight::bytes_for(&light);
                     let gathered =
                         (gathered_bytes <= GATHERED_BYTES_MAX).then(|| GatheredLight::new(&light));
-                    let kept = if gathered.is_some() { gathered_bytes } else { 0 };
+                    let (light, kept) = match gathered {
+                        Some(_) => (light.without_environments(), gathered_bytes),
+                        None => (light, 0),
+                    };
                     let bytes = bytes_of_set(&set) + light.bytes() + kept;
                     Ok::<_, Infallible>((Arc::new(PrefilteredSet { set, light, gathered }), bytes))
                 };
@@ -224,8 +243,8 @@ impl Caches {
         set
     }
 
-    /// Returns the tables of programs that are in the cache; `class` tells evaluators apart that
-    /// compute other bits.
+    /// Returns the table of a program if it is in the cache. `class`: 1 for the reference
+    /// evaluator, 0 for the others.
     pub(crate) fn lobe_table(&self, class: u8, program: &Program) -> Option<Arc<LobeTable>> {
         self.entries.get(table_key(class, program))
     }
@@ -278,6 +297,7 @@ impl Caches {
 /// Sample set of the lights that are sampled, and the light that is not.
 pub(crate) struct PrefilteredSet {
     pub(crate) set: SampleSet,
+    /// Without its environments if the light is gathered.
     pub(crate) light: PrefilteredLight,
     /// `None` for large pictures, which gather the light again for every batch.
     pub(crate) gathered: Option<GatheredLight>,

@@ -278,7 +278,7 @@ impl Renderer {
         } else {
             Some(self.gains(view, *film, frame, programs)?)
         };
-        self.evaluated(shot, programs, &set, |index, program, f, refiner| {
+        self.evaluated((view, frame), programs, &set, |index, program, f, refiner| {
             let gain = match &gains {
                 Some(gains) => gains[index],
                 None => Gain::new(*film, &set, f),
@@ -307,41 +307,53 @@ impl Renderer {
     ) -> Result<Vec<T>, RenderError> {
         let Shot { view, frame, film, area } = shot;
         let size_px = frame.size_px;
-        // Parts are cut from the whole picture, which decides the exposure and costs little.
-        let whole = PixelArea::whole(size_px);
-        let raster = Raster { size_px, sampling: Sampling::Adaptive, area: whole };
+        // Automatic exposure measures the whole picture, from which the part is cut.
+        let lit_area = match film.exposure {
+            Exposure::Auto => PixelArea::whole(size_px),
+            Exposure::Ev(_) => area.with_border(size_px),
+        };
+        let raster = Raster { size_px, sampling: Sampling::Adaptive, area: lit_area };
         let made = self.caches.prefiltered(view, raster);
-        let tables = self.lobe_tables(frame.backend, programs)?;
-        let tables: Vec<&LobeTable> = tables.iter().map(|table| &**table).collect();
-        let pixels = usize::try_from(whole.pixels()).expect("a picture fits the memory");
-        let started = Instant::now();
-        let radiance = shade_prefiltered(&tables, &made.light, made.gathered.as_ref(), pixels);
-        self.caches.counters.add(RenderStats {
-            evaluation_us: micros(started.elapsed()),
-            ..RenderStats::default()
-        });
-        let set = &made.set;
-        self.evaluated(shot, programs, set, |index, program, f, refiner| {
-            let mut image = shade(set, f);
-            image.add(&radiance[index]);
-            let gain = Gain::of_image(*film, &image);
-            let prefiltered = Some(Prefiltered { image: &image, radiance: &radiance[index] });
-            let samples = (set.len() + LobeNodes::get().set().len()) as u64;
-            let area = *area;
-            finish(program, &EvaluatedPicture { set, f, gain, area, refiner, prefiltered, samples })
-        })
+        let others = view.scene().without_environments();
+        let refined = view.with_scene(&others);
+        let pixels = usize::try_from(lit_area.pixels()).expect("a picture fits the memory");
+        let together = (BATCH_FLOATS / (3 * pixels)).max(1);
+        let mut done = Vec::with_capacity(programs.len());
+        for programs in programs.chunks(together) {
+            let tables = self.lobe_tables(frame.backend, programs)?;
+            let tables: Vec<&LobeTable> = tables.iter().map(|table| &**table).collect();
+            let started = Instant::now();
+            let radiance = shade_prefiltered(&tables, &made.light, made.gathered.as_ref(), pixels);
+            self.caches.counters.add(RenderStats {
+                evaluation_us: micros(started.elapsed()),
+                ..RenderStats::default()
+            });
+            let set = &made.set;
+            let develop = |index: usize, program: &Program, f: &[f32], refiner: Refiner<'_>| {
+                let mut image = shade(set, f);
+                image.add(&radiance[index]);
+                let gain = Gain::of_image(*film, &image);
+                let prefiltered = Some(Prefiltered { image: &image, radiance: &radiance[index] });
+                let samples = (set.len() + LobeNodes::get().set().len()) as u64;
+                let area = *area;
+                let picture =
+                    EvaluatedPicture { set, f, gain, area, refiner, prefiltered, samples };
+                finish(program, &picture)
+            };
+            done.extend(self.evaluated((&refined, frame), programs, set, develop)?);
+        }
+        Ok(done)
     }
 
     /// Evaluates the programs in batches on a set, and finishes the pictures in parallel. `finish`
     /// also receives the index of the program.
     fn evaluated<T: Send>(
         &self,
-        shot: &Shot<'_>,
+        (view, frame): (&SceneView<'_>, &Frame),
         programs: &[&Program],
         set: &SampleSet,
         finish: impl Fn(usize, &Program, &[f32], Refiner<'_>) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
-        let Shot { view, frame, .. } = shot;
         let tiles = FineTiles::new(frame.size_px);
         let floats = 3 * set.len();
         let batch = (BATCH_FLOATS / floats.max(1)).max(1);

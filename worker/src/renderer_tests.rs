@@ -213,3 +213,36 @@ fn uploaded_mesh_is_rejected_when_content_hash_differs() {
     renderer.cache_uploaded(&hash, mesh).unwrap();
     assert!(renderer.uploaded(&hash).is_some());
 }
+
+#[test]
+fn refined_pixels_have_the_environment_once() {
+    // A narrow highlight of the point light under an even sky: its pixels are refined.
+    let text = "brood 1\n.model conductor\nroughness 0.03\n";
+    let genome: brood_genome::Genome = text.parse().unwrap();
+    let program = Program::lower(&genome);
+    let lights = r#"{"film": {"exposure": -1},
+        "lights": [{"kind": "environment", "image": "overcast", "samples": 64}, {}]}"#;
+    let scene: Scene = serde_json::from_str(lights).unwrap();
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Sphere);
+    let how = (PictureFormat::Png, Backend::Cpu);
+    let frame = |sampling| Frame::new(&scene, MeshSource::Builtin, 64, sampling, how);
+    let pictures = |frame: &Frame| {
+        let developed = renderer.develop(frame, &mesh, &[&program]).unwrap().remove(0);
+        let linear = renderer.images(frame, &mesh, &[&program], |_, image| image.radiance());
+        (developed, linear.unwrap().remove(0))
+    };
+    let (developed, linear) = pictures(&frame(Sampling::Adaptive));
+    let refined = renderer.take_stats().rough_pixels;
+    assert!(refined > 20, "{refined} pixels show nothing");
+    let (expected, expected_linear) = pictures(&frame(Sampling::Fixed(64)));
+    let codes = developed.rgba.iter().zip(&expected.rgba);
+    let sum: f64 = codes.map(|(a, b)| f64::from(a.abs_diff(*b))).sum();
+    let mean = sum / developed.rgba.len() as f64;
+    assert!(mean < 0.8, "{mean} codes");
+    let all = |pixels: &[[f32; 3]]| -> f64 {
+        pixels.as_flattened().iter().map(|channel| f64::from(*channel)).sum()
+    };
+    let ratio = all(linear.premultiplied()) / all(expected_linear.premultiplied());
+    assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+}

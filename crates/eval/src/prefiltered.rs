@@ -13,6 +13,8 @@ use crate::level::{Level, SimdKernel};
 
 /// Points of which the light is gathered at once.
 const POINTS_TOGETHER: usize = 256;
+/// Largest mean radiance; brighter ones are limited, so that no picture overflows.
+const RADIANCE_MAX: f32 = 1e27;
 /// Largest code of a radiance.
 const CODE_MAX: f32 = 65535.0;
 
@@ -84,8 +86,8 @@ pub fn shade_prefiltered(
 
 /// Mean radiances around the nodes of all points of a picture, kept for further materials.
 ///
-/// Radiances are stored as 16-bit codes, the square roots of their shares of the largest of a
-/// point: the error is at most 2^-17 of the root, 1.6e-4 of a hundredth of the largest.
+/// Radiances are stored as 16-bit codes of the root of their share of the largest of a point. The
+/// relative error is at most 1.5e-4 at a hundredth of the largest.
 #[derive(Debug)]
 pub struct GatheredLight {
     parts: Vec<Part>,
@@ -137,9 +139,11 @@ impl SimdKernel for Gathering<'_> {
             let count = self.light.radiance(point, &mut incident);
             let mut factors = [0.0; 3];
             for c in 0..3 {
-                let values = &incident[c][..count];
+                let values = &mut incident[c][..count];
                 let mut largest = 0.0f32;
-                for value in values {
+                for value in values.iter_mut() {
+                    // NaN, possible for extreme maps, becomes 0.
+                    *value = value.max(0.0).min(RADIANCE_MAX);
                     largest = if *value > largest { *value } else { largest };
                 }
                 let inverse = if largest > 0.0 { 1.0 / largest } else { 0.0 };
@@ -226,9 +230,10 @@ pub fn is_prefilterable(program: &Program) -> bool {
 #[cfg(test)]
 mod tests {
     use std::convert::Infallible;
+    use std::sync::Arc;
 
     use brood_genome::Genome;
-    use brood_light::LightAssets;
+    use brood_light::{EnvironmentMap, LightAssets};
     use brood_mesh::{BuiltinMesh, Mesh};
     use brood_scene::{PixelArea, Raster, Sampling, Scene};
 
@@ -250,13 +255,17 @@ mod tests {
     }
 
     fn light(scene: &Scene) -> PrefilteredLight {
+        light_with(scene, &LightAssets::default())
+    }
+
+    fn light_with(scene: &Scene, assets: &LightAssets) -> PrefilteredLight {
         let raster = Raster {
             size_px: SIZE_PX.into(),
             sampling: Sampling::Adaptive,
             area: PixelArea::whole(SIZE_PX),
         };
         let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-        SampleSet::render_prefiltered(&mesh, scene, &LightAssets::default(), raster).1
+        SampleSet::render_prefiltered(&mesh, scene, assets, raster).1
     }
 
     fn evaluated(
@@ -311,6 +320,29 @@ mod tests {
             }
             let error = f64::sqrt(squares * count) / sum;
             assert!(error < bound, "{model} in {environment}: {error}");
+        }
+    }
+
+    #[test]
+    fn extreme_maps_give_finite_pictures() {
+        let program = program("conductor\nroughness 0.05");
+        let tables = tables(&[&program]);
+        let pixels = (SIZE_PX * SIZE_PX) as usize;
+        let mut bright = vec![[0.0; 3]; 2048];
+        bright[700] = [f32::MAX; 3];
+        for (width, height, map) in [
+            (1, 1, vec![[1.0; 3]]),
+            (1, 1, vec![[0.0; 3]]),
+            (4, 2, vec![[f32::MAX; 3]; 8]),
+            (5, 3, vec![[f32::from_bits(1); 3]; 15]),
+            (64, 32, bright),
+        ] {
+            let map = EnvironmentMap::new(width, height, map).unwrap();
+            let mut assets = LightAssets::default();
+            assets.insert_environment("own", Arc::new(map));
+            let found = light_with(&scene("own", 1), &assets);
+            let picture = &shade_prefiltered(&[&tables[0]], &found, None, pixels)[0];
+            assert!(picture.as_flattened().iter().all(|c| c.is_finite() && *c >= 0.0));
         }
     }
 

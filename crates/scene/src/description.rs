@@ -112,6 +112,14 @@ impl Scene {
         !self.shadows && self.lights.iter().any(is_environment)
     }
 
+    /// Returns the scene without its environments.
+    #[must_use]
+    pub fn without_environments(&self) -> Self {
+        let mut scene = self.clone();
+        scene.lights.retain(|light| !matches!(light, Light::Environment(_)));
+        scene
+    }
+
     /// Returns the largest number of samples of all lights at one shading point: the cost of a
     /// picture relative to one point light.
     #[must_use]

@@ -4,7 +4,7 @@
 //! eye a function of two angles. [`LobeNodes`] holds nodes in these angles, dense around the mirror
 //! direction. A material is tabulated at them once ([`LobeTable`]). [`PrefilteredLight`] gives the
 //! mean radiance of the environments around the nodes of each surface point; the sum of their
-//! products is the reflected radiance. Without noise, and at a cost that does not depend on the
+//! products is the reflected radiance. It has no noise, and its cost does not depend on the
 //! material.
 //!
 //! # Source

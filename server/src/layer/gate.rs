@@ -45,7 +45,10 @@ fn need(method: &Method, path: &str) -> Need {
     if below("/v1/session") || !(below("/v1") || below("/metrics")) {
         return Need::Nothing;
     }
+    // These answer what the genome in the body looks like, and store nothing.
+    let is_answer = below("/v1/exports") || path == "/v1/render.png";
     match *method {
+        Method::POST if is_answer => Need::Read,
         Method::GET | Method::HEAD | Method::OPTIONS => Need::Read,
         _ => Need::Breed,
     }
@@ -76,6 +79,8 @@ mod tests {
         assert_eq!(need(Method::GET, "/v1/lineages"), Need::Read);
         assert_eq!(need(Method::GET, "/metrics"), Need::Read);
         assert_eq!(need(Method::POST, "/v1/lineages"), Need::Breed);
+        assert_eq!(need(Method::POST, "/v1/exports/glsl"), Need::Read);
+        assert_eq!(need(Method::POST, "/v1/render.png"), Need::Read);
         assert_eq!(need(Method::POST, "/v1/leases"), Need::Work);
         assert_eq!(need(Method::GET, "/v1/leases/meshes/00"), Need::Work);
         assert_eq!(need(Method::POST, "/v1/session"), Need::Nothing);

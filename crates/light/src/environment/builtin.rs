@@ -139,7 +139,7 @@ fn low_sun(towards: DVec3) -> [f64; 3] {
     let horizon = mix([0.62, 0.60, 0.62], [1.7, 1.05, 0.55], smooth(0.5 + 0.5 * cos));
     let haze = (1.0 - height) * (1.0 - height);
     let mut sky = mix(zenith, horizon, haze * haze);
-    // The disc is 2 degrees wide: a sharper one would need more samples than a picture has.
+    // The disc is 4 degrees wide: sampled pictures need many samples for a smaller one.
     let angle = libm::acos(cos).to_degrees();
     let glow = 1.0 / (1.0 + (angle / 5.0) * (angle / 5.0));
     let disc = smooth((2.4 - angle) / 0.8);

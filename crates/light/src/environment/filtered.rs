@@ -9,6 +9,8 @@ use crate::units::luminance;
 
 /// Luminance, relative to the mean of the map, above which light belongs to spots.
 const SPOT_LEVEL: f64 = 2.0;
+/// Largest mean radiance, so that sums of brighter maps do not overflow.
+const RADIANCE_MAX: f32 = 1e25;
 /// Largest number of spots; the level of maps with more is raised.
 pub const SPOTS_MAX: usize = 768;
 /// Texels of a side of the squares whose texels are spots, by class from 1 on: 0.4 to 3.2 degrees a
@@ -55,7 +57,8 @@ impl Filtered {
 
     /// Filters pixels; `mean` is their mean radiance.
     pub fn new(grid: &PixelGrid, mean: [f64; 3]) -> Self {
-        let (texels, side) = means(grid);
+        let (mut texels, side) = means(grid);
+        texels.iter_mut().flatten().for_each(|channel| *channel = channel.min(RADIANCE_MAX));
         let (facing, facing_side) = irradiance(&texels, side);
         let mut level = SPOT_LEVEL * luminance(mean);
         let found = loop {

@@ -25,6 +25,12 @@ pub struct PrefilteredEnvironment {
 }
 
 impl PrefilteredEnvironment {
+    /// Returns the size in memory of its map in bytes.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.map.bytes()
+    }
+
     /// Transforms a direction of the unit frame to one of the map.
     #[must_use]
     pub fn in_map(&self, towards: DVec3) -> DVec3 {

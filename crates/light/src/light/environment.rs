@@ -21,6 +21,8 @@ use crate::sampler::sample::{LightSample, Receiver};
 /// Default number of samples of environments and ambient light per shading point
 /// (docs/maths/lights.md).
 pub const ENVIRONMENT_SAMPLES: u32 = 64;
+/// Largest scale of prefiltered light, so that its sums do not overflow.
+const SCALE_MAX: f64 = 1e10;
 /// Share of an environment's samples that are drawn in proportion to its luminance.
 const BY_LIGHT: f64 = 0.5;
 
@@ -110,7 +112,7 @@ impl EnvironmentSource {
         PrefilteredEnvironment {
             map: self.map.clone(),
             turn: self.rotation.transpose(),
-            scale: self.scale.map(|channel| channel as f32),
+            scale: self.scale.map(|channel| channel.min(SCALE_MAX) as f32),
         }
     }
 }

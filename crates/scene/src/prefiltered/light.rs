@@ -54,6 +54,8 @@ struct Environment {
 const SPACING_PER_SPREAD: f64 = std::f64::consts::SQRT_2;
 /// Least and largest factor of wide nodes.
 const SCALES: (f32, f32) = (0.25, 4.0);
+/// Length of the level part of a direction below which it is that of the normal.
+const LEAST_LEVEL: f64 = 1e-6;
 /// Integral of cos_i over a tent below which a node is left out: it is below the horizon.
 const LEAST_WEIGHT: f32 = 1e-7;
 /// Distance of normals from the first of a group, up to which points are similar.
@@ -141,11 +143,18 @@ impl PrefilteredLight {
         &self.points
     }
 
-    /// Returns its size in memory in bytes, without the environments.
+    /// Returns its size in memory in bytes, environments included.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        size_of_val(self.points.as_slice())
-            + self.environments.len() * LobeNodes::ROWS * size_of::<[u8; NODES]>()
+        let of_nodes = LobeNodes::ROWS * (size_of::<[u8; NODES]>() + size_of::<[bool; NODES]>());
+        let environments = self.environments.iter().map(|one| one.light.bytes() + of_nodes);
+        size_of_val(self.points.as_slice()) + environments.sum::<usize>()
+    }
+
+    /// Returns the points alone, whose light has been gathered: environments may be large.
+    #[must_use]
+    pub fn without_environments(self) -> Self {
+        Self { points: self.points, environments: Vec::new() }
     }
 
     /// Writes the mean radiance around the nodes of a point, and returns the number of nodes
@@ -159,11 +168,16 @@ impl PrefilteredLight {
         let (row, share) = point.row();
         let count = nodes.count(row);
         let nearest = row + usize::from(share > 0.5);
-        let (n, eye) = (wide(point.n), wide(point.eye));
+        let (n, eye) = (wide(point.n).normalize(), wide(point.eye).normalize());
         let cos = n.dot(eye).clamp(1e-4, 1.0);
         let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let x =
-            (eye - n * n.dot(eye)).try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
+        let level = eye - n * n.dot(eye);
+        // Rounding gives a length to the level part of directions along the normal.
+        let x = if level.length() > LEAST_LEVEL {
+            level.normalize()
+        } else {
+            n.any_orthonormal_vector()
+        };
         clear(out, count);
         let (mut us, mut vs) = ([0.0; NODES], [0.0; NODES]);
         let (mut own, mut shared) = ([[0.0; NODES]; 3], [[0.0; NODES]; 3]);
@@ -290,6 +304,39 @@ fn add_spots(
             LobeNodes::around(chords[k], turns[k], |node, share| {
                 put(node, class, share * cosines[k], irradiance);
             });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_light::{Light, LightAssets, LightSampler};
+    use brood_mesh::{BuiltinMesh, Mesh, UnitFrame};
+
+    use super::*;
+
+    /// Light of the overcast sky at a point.
+    fn overcast(n: DVec3, eye: DVec3) -> [[f32; NODES]; 3] {
+        let light = r#"{"kind": "environment", "image": "overcast"}"#;
+        let light: Light = serde_json::from_str(light).unwrap();
+        let frame = UnitFrame::new(&Mesh::builtin(BuiltinMesh::Sphere), 1.0, [0.0; 3]);
+        let samplers = LightSampler::all(&[light], 0.0, &LightAssets::default(), &frame);
+        let point = LitPoint::new((0, 1.0), (n, eye), 0.0);
+        let light = PrefilteredLight::new(vec![point], vec![samplers[0].prefiltered().unwrap()]);
+        let mut out = [[0.0; NODES]; 3];
+        light.radiance(&light.points()[0], &mut out);
+        out
+    }
+
+    #[test]
+    fn surface_that_faces_the_eye_has_the_light_of_one_that_almost_does() {
+        for n in [DVec3::new(0.36, 0.48, 0.8), DVec3::Y, DVec3::new(-0.6, 0.0, 0.8)] {
+            let facing = overcast(n, n);
+            let almost = overcast(n, (n + n.any_orthonormal_vector() * 1e-3).normalize());
+            // The frames differ by a turn about the normal: their sums are equal.
+            let sum = |light: &[[f32; NODES]; 3]| light[1].iter().sum::<f32>();
+            let (own, other) = (sum(&facing), sum(&almost));
+            assert!((own / other - 1.0).abs() < 0.02, "{n} {own} {other}");
         }
     }
 }
