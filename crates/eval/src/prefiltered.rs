@@ -143,7 +143,7 @@ impl SimdKernel for Gathering<'_> {
                 let mut largest = 0.0f32;
                 for value in values.iter_mut() {
                     // NaN, possible for extreme maps, becomes 0.
-                    *value = value.max(0.0).min(RADIANCE_MAX);
+                    *value = if *value > 0.0 { value.min(RADIANCE_MAX) } else { 0.0 };
                     largest = if *value > largest { *value } else { largest };
                 }
                 let inverse = if largest > 0.0 { 1.0 / largest } else { 0.0 };
