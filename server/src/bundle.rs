@@ -20,6 +20,13 @@ pub struct BundleError {
     words: String,
 }
 
+impl BundleError {
+    /// Error for a file that does not exist.
+    pub fn missing(file: &str) -> Self {
+        Self { file: file.to_owned(), words: "does not exist".to_owned() }
+    }
+}
+
 /// Returns the script of a module and all modules that it imports.
 ///
 /// # Errors
@@ -52,7 +59,7 @@ impl Bundler<'_> {
         if self.open.iter().any(|one| one == file) {
             return Err(fail("imports itself, directly or through other modules".to_owned()));
         }
-        let source = (self.read)(file).ok_or_else(|| fail("does not exist".to_owned()))?;
+        let source = (self.read)(file).ok_or_else(|| BundleError::missing(file))?;
         let source = without_comments(&source);
         self.open.push(file.to_owned());
         let (head, body) = split_head(&source).map_err(fail)?;
@@ -112,7 +119,8 @@ struct Statement<'a> {
     from: &'a str,
 }
 
-/// Removes comments that begin a line; others, and the text of strings, stay.
+/// Removes comments that begin a line, and empty lines; other comments stay. In template literals too:
+/// there they are comments of shaders.
 fn without_comments(source: &str) -> String {
     let mut kept = String::with_capacity(source.len());
     let mut in_comment = false;

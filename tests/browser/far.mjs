@@ -12,7 +12,7 @@ import { writeFile } from "node:fs/promises";
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";
 
-import { startServer } from "./server.mjs";
+import { poster, startServer } from "./server.mjs";
 
 const { values } = parseArgs({
   options: {
@@ -42,15 +42,7 @@ const say = (found) => console.log(JSON.stringify(found));
 
 /** Creates a lineage with a brood of a random parent, draws its pictures; returns its address. */
 async function made(url) {
-  const send = async (path, body) => {
-    const answer = await fetch(`${url}${path}`, {
-      method: "POST",
-      headers: { "content-type": "application/json" },
-      body: JSON.stringify(body),
-    });
-    if (!answer.ok) throw new Error(`${path}: ${await answer.text()}`);
-    return answer.json();
-  };
+  const send = poster(url);
   const scene = await send("/v1/scenes", { mesh: "ball" });
   const lineage = await send("/v1/lineages", { name: "far", scene: scene.id, saturation: 0.65 });
   const breed = (parents) =>

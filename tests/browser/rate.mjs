@@ -12,7 +12,7 @@ import { chromium } from "playwright-core";
 
 import { runExports } from "./exports.mjs";
 import { MODULES } from "./page.mjs";
-import { binary, startServer } from "./server.mjs";
+import { binary, poster, startServer } from "./server.mjs";
 
 const { values } = parseArgs({
   options: {
@@ -50,15 +50,7 @@ const say = (found) => console.log(JSON.stringify(found));
 
 /** Creates a lineage with one random brood; returns its address on the page. */
 async function made(url, object, seed) {
-  const send = async (path, body) => {
-    const answer = await fetch(`${url}${path}`, {
-      method: "POST",
-      headers: { "content-type": "application/json" },
-      body: JSON.stringify(body),
-    });
-    if (!answer.ok) throw new Error(`${path}: ${await answer.text()}`);
-    return answer.json();
-  };
+  const send = poster(url);
   const scene = await send("/v1/scenes", { mesh: object });
   const lineage = await send("/v1/lineages", { name: "rate", scene: scene.id });
   const bred = await send(`/v1/lineages/${lineage.id}/generations`, { parents: [], seed });

@@ -14,6 +14,17 @@ const START_TIMEOUT_MS = 60_000;
 /** Path of the program under test. */
 export const binary = process.env.BROOD_BIN ?? join(root, "target/debug/brood");
 
+/** Posts JSON to a server and resolves to its answer. @param {string} base */
+export const poster = (base) => async (path, json) => {
+  const answer = await fetch(`${base}${path}`, {
+    method: "POST",
+    headers: { "content-type": "application/json" },
+    body: JSON.stringify(json),
+  });
+  if (!answer.ok) throw new Error(`${path}: ${await answer.text()}`);
+  return answer.json();
+};
+
 /**
  * Starts `$BROOD_BIN`, or target/debug/brood, and resolves when it listens.
  * @param {string[]} more options of `brood serve`

@@ -195,12 +195,7 @@ export async function troubled(app, step, shot, base) {
     app.complaints = app.complaints.filter((text) => !text.includes("ERR_"));
   });
   await step("draws only the visible part of a long history", async () => {
-    const post = (path, json) =>
-      fetch(`${base}${path}`, {
-        method: "POST",
-        headers: { "content-type": "application/json" },
-        body: JSON.stringify(json),
-      }).then((answer) => answer.json());
+    const post = poster(base);
     const own = await post("/v1/lineages", { name: "a long history", thumbnail_px: 32 });
     let last = await post(`/v1/lineages/${own.id}/generations`, { parents: [], count: 2 });
     for (let index = 1; index < 50; index += 1)

@@ -196,42 +196,44 @@ impl Caches {
     /// Returns the sample set of a raster, which must lie within its picture. Concurrent callers
     /// wait for the one that computes it.
     pub(crate) fn sample_set(&self, view: &SceneView<'_>, raster: Raster) -> Arc<SampleSet> {
-        let mut made = false;
-        let set = self.counters.timed(
-            || {
-                let make = || {
-                    made = true;
-                    let set = view.render(raster);
-                    let bytes = bytes_of_set(&set);
-                    Ok::<_, Infallible>((Arc::new(set), bytes))
-                };
-                let key = *view.set_key(raster).as_bytes();
-                self.entries.get_or_make(key, make).unwrap_or_else(|error| match *error {})
-            },
-            |sets_us| RenderStats { sets_us, ..RenderStats::default() },
-        );
-        let (sets_made, sets_reused) = (u64::from(made), u64::from(!made));
-        self.counters.add(RenderStats { sets_made, sets_reused, ..RenderStats::default() });
-        set
+        self.set_of(view, raster, || {
+            let set = view.render(raster);
+            let bytes = bytes_of_set(&set);
+            (set, bytes)
+        })
     }
 
     /// Returns the sample set of a raster without environments, and their prefiltered light.
     pub(crate) fn prefiltered(&self, view: &SceneView<'_>, raster: Raster) -> Arc<PrefilteredSet> {
+        self.set_of(view, raster, || {
+            let (set, light) = view.render_prefiltered(raster);
+            let gathered_bytes = GatheredLight::bytes_for(&light);
+            let (light, gathered, kept) = if gathered_bytes <= GATHERED_BYTES_MAX {
+                let gathered = GatheredLight::new(&light);
+                (light.without_environments(), Some(gathered), gathered_bytes)
+            } else {
+                (light, None, 0)
+            };
+            let bytes = bytes_of_set(&set) + light.bytes() + kept;
+            (PrefilteredSet { set, light, gathered }, bytes)
+        })
+    }
+
+    /// Returns what `make` makes of a raster, from the cache if possible. `make` also returns its
+    /// size in bytes.
+    fn set_of<T: Send + Sync + 'static>(
+        &self,
+        view: &SceneView<'_>,
+        raster: Raster,
+        make: impl FnOnce() -> (T, usize),
+    ) -> Arc<T> {
         let mut made = false;
         let set = self.counters.timed(
             || {
                 let make = || {
                     made = true;
-                    let (set, light) = view.render_prefiltered(raster);
-                    let gathered_bytes = GatheredLight::bytes_for(&light);
-                    let gathered =
-                        (gathered_bytes <= GATHERED_BYTES_MAX).then(|| GatheredLight::new(&light));
-                    let (light, kept) = match gathered {
-                        Some(_) => (light.without_environments(), gathered_bytes),
-                        None => (light, 0),
-                    };
-                    let bytes = bytes_of_set(&set) + light.bytes() + kept;
-                    Ok::<_, Infallible>((Arc::new(PrefilteredSet { set, light, gathered }), bytes))
+                    let (set, bytes) = make();
+                    Ok::<_, Infallible>((Arc::new(set), bytes))
                 };
                 let key = *view.set_key(raster).as_bytes();
                 self.entries.get_or_make(key, make).unwrap_or_else(|error| match *error {})

@@ -48,14 +48,17 @@ impl Bundled {
     fn of(read: &dyn Fn(&str) -> Option<String>) -> Result<Self, BundleError> {
         let script = bundle("main.js", read)?;
         let (mut style, mut index) = (String::new(), String::new());
-        let page = read("index.html").unwrap_or_default();
+        let page = read("index.html").ok_or_else(|| BundleError::missing("index.html"))?;
         let hashed = |text: &str, kind: &str| {
             format!("{}.{kind}", &blake3::hash(text.as_bytes()).to_hex()[..16])
         };
         for line in page.lines() {
             let sheet = line.split_once("rel=\"stylesheet\" href=\"/web/").map(|(_, rest)| rest);
             match sheet.and_then(|rest| rest.split('"').next()) {
-                Some(path) => style.push_str(&read(path).unwrap_or_default()),
+                Some(path) => {
+                    let sheet = read(path).ok_or_else(|| BundleError::missing(path))?;
+                    style.push_str(&sheet);
+                }
                 None => {
                     index.push_str(line);
                     index.push('\n');

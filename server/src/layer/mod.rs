@@ -10,12 +10,14 @@ mod query;
 mod watch;
 
 use axum::Router;
+use axum::body::HttpBody;
 use axum::extract::Request;
 use axum::middleware::{Next, from_fn, from_fn_with_state};
 use axum::response::{IntoResponse, Response};
 use http::HeaderValue;
 use http::header::ACCEPT_ENCODING;
 use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::predicate::{DefaultPredicate, Predicate};
 use tower_http::compression::{CompressionLayer, CompressionLevel};
 use utoipa::openapi::OpenApi;
 
@@ -27,6 +29,20 @@ pub use gate::{COOKIE, token};
 
 /// Level of Brotli and gzip: higher ones take several times as long for a few percent.
 const COMPRESSION: CompressionLevel = CompressionLevel::Precise(5);
+
+/// Largest body that is compressed: that takes about 20 ms of a thread of the runtime. Larger ones
+/// are files, such as lineages and meshes.
+const COMPRESSED_BYTES_MAX: u64 = 1 << 20;
+
+/// Selects answers that are not too large to compress.
+#[derive(Clone, Copy)]
+struct Moderate;
+
+impl Predicate for Moderate {
+    fn should_compress<B: HttpBody>(&self, answer: &http::Response<B>) -> bool {
+        answer.body().size_hint().upper().is_some_and(|bytes| bytes <= COMPRESSED_BYTES_MAX)
+    }
+}
 
 /// Wraps documented routes in the check of their queries.
 pub fn check_queries<S: Clone + Send + Sync + 'static>(
@@ -44,8 +60,12 @@ pub fn wrap(router: Router, app: &App) -> Router {
         .layer(from_fn_with_state(app.clone(), host::check))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(app.clone(), finish::finish))
-        // Outermost, because `finish` replaces bodies. Skips pictures and event streams.
-        .layer(CompressionLayer::new().quality(COMPRESSION))
+        // Outermost, because `finish` replaces bodies. The default skips pictures and event streams.
+        .layer(
+            CompressionLayer::new()
+                .quality(COMPRESSION)
+                .compress_when(DefaultPredicate::new().and(Moderate)),
+        )
         .layer(from_fn(accept_identity))
 }
 

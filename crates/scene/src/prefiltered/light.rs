@@ -3,7 +3,7 @@
 use brood_light::{PrefilteredEnvironment, SPOTS_MAX};
 use glam::DVec3;
 
-use super::nodes::{LobeNodes, NODES};
+use super::nodes::{COS_MIN, LobeNodes, NODES};
 
 /// Surface point, or several similar ones of a pixel together.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -46,16 +46,16 @@ struct Environment {
     light: PrefilteredEnvironment,
     /// Level of each node, row by row.
     levels: Vec<[u8; NODES]>,
-    is_wide: Vec<[bool; NODES]>,
 }
 
 /// Spacing of tents as wide as a pixel's reflections, divided by the spread of its normals: the
 /// reflections spread twice as far, and the variance of an even spread is half that of tents.
 const SPACING_PER_SPREAD: f64 = std::f64::consts::SQRT_2;
-/// Least and largest factor of wide nodes.
-const SCALES: (f32, f32) = (0.25, 4.0);
-/// Length of the level part of a direction below which it is that of the normal.
-const LEAST_LEVEL: f64 = 1e-6;
+/// Bounds of the factor of wide nodes.
+const LEAST_SCALE: f32 = 0.25;
+const LARGEST_SCALE: f32 = 4.0;
+/// Length of the tangential part of the direction to the eye below which the eye is on the normal.
+const LEAST_TANGENTIAL: f64 = 1e-6;
 /// Integral of cos_i over a tent below which a node is left out: it is below the horizon.
 const LEAST_WEIGHT: f32 = 1e-7;
 /// Distance of normals from the first of a group, up to which points are similar.
@@ -120,19 +120,9 @@ impl PrefilteredLight {
     pub(crate) fn new(points: Vec<LitPoint>, lights: Vec<PrefilteredEnvironment>) -> Self {
         let nodes = LobeNodes::get();
         let environment = |light: PrefilteredEnvironment| {
-            let level = |spacing: f64| light.node_level(spacing);
-            let levels: Vec<_> = (0..LobeNodes::ROWS)
-                .map(|row| {
-                    let mut levels = [0; NODES];
-                    for (into, spacing) in levels.iter_mut().zip(nodes.spacings(row)) {
-                        *into = level(*spacing);
-                    }
-                    levels
-                })
-                .collect();
-            let is_wide =
-                levels.iter().map(|row| row.map(PrefilteredEnvironment::is_wide)).collect();
-            Environment { light, levels, is_wide }
+            let of_row = |row: usize| nodes.spacings(row).map(|spacing| light.node_level(spacing));
+            let levels = (0..LobeNodes::ROWS).map(of_row).collect();
+            Environment { light, levels }
         };
         Self { points, environments: lights.into_iter().map(environment).collect() }
     }
@@ -146,8 +136,10 @@ impl PrefilteredLight {
     /// Returns its size in memory in bytes, environments included.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let of_nodes = LobeNodes::ROWS * (size_of::<[u8; NODES]>() + size_of::<[bool; NODES]>());
-        let environments = self.environments.iter().map(|one| one.light.bytes() + of_nodes);
+        let environments = self
+            .environments
+            .iter()
+            .map(|one| one.light.bytes() + size_of_val(one.levels.as_slice()));
         size_of_val(self.points.as_slice()) + environments.sum::<usize>()
     }
 
@@ -165,67 +157,112 @@ impl PrefilteredLight {
     #[inline(always)]
     pub fn radiance(&self, point: &LitPoint, out: &mut [[f32; NODES]; 3]) -> usize {
         let nodes = LobeNodes::get();
-        let (row, share) = point.row();
+        let (row, distance) = point.row();
         let count = nodes.count(row);
-        let nearest = row + usize::from(share > 0.5);
-        let (n, eye) = (wide(point.n).normalize(), wide(point.eye).normalize());
-        let cos = n.dot(eye).clamp(1e-4, 1.0);
-        let sin = (1.0 - cos * cos).max(0.0).sqrt();
-        let level = eye - n * n.dot(eye);
-        // Rounding gives a length to the level part of directions along the normal.
-        let x = if level.length() > LEAST_LEVEL {
-            level.normalize()
+        clear(out, count);
+        let at = Place {
+            frame: EyeFrame::new(point),
+            row: row + usize::from(distance > 0.5),
+            weights: &nodes.weights(row, distance)[..count],
+            spread: point.spread,
+        };
+        for environment in &self.environments {
+            environment.add(&at, out);
+        }
+        count
+    }
+}
+
+/// Surface point of which the light is gathered.
+struct Place<'a> {
+    frame: EyeFrame,
+    /// Nearest row.
+    row: usize,
+    /// Integral of cos_i over the tent of each node.
+    weights: &'a [f32],
+    spread: f32,
+}
+
+/// Local frame with the eye in the plane of x and z.
+struct EyeFrame {
+    x: DVec3,
+    y: DVec3,
+    n: DVec3,
+    /// Sine and cosine of the angle to the eye.
+    eye: [f32; 2],
+}
+
+impl EyeFrame {
+    fn new(point: &LitPoint) -> Self {
+        let unit = |v: [f32; 3]| DVec3::from(v.map(f64::from)).normalize();
+        let (n, eye) = (unit(point.n), unit(point.eye));
+        let cos = n.dot(eye).clamp(COS_MIN, 1.0);
+        let tangential = eye - n * n.dot(eye);
+        // If the eye is on the normal, rounding alone makes the tangential part.
+        let x = if tangential.length() > LEAST_TANGENTIAL {
+            tangential.normalize()
         } else {
             n.any_orthonormal_vector()
         };
-        clear(out, count);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        Self { x, y: n.cross(x), n, eye: [sin as f32, cos as f32] }
+    }
+
+    /// Returns the axes in a map.
+    fn axes(&self, light: &PrefilteredEnvironment) -> [[f32; 3]; 3] {
+        [self.x, self.y, self.n].map(|axis| light.in_map(axis).as_vec3().to_array())
+    }
+}
+
+impl Environment {
+    /// Adds the mean radiance around the nodes of a place.
+    #[inline(always)]
+    fn add(&self, at: &Place<'_>, out: &mut [[f32; NODES]; 3]) {
+        let (light, levels) = (&self.light, &self.levels[at.row]);
+        let count = at.weights.len();
+        let axes = at.frame.axes(light);
         let (mut us, mut vs) = ([0.0; NODES], [0.0; NODES]);
-        let (mut own, mut shared) = ([[0.0; NODES]; 3], [[0.0; NODES]; 3]);
-        let weights = (nodes.weights(row), nodes.weights(row + 1));
-        for environment in &self.environments {
-            let light = &environment.light;
-            let axes = [x, n.cross(x), n].map(|axis| light.in_map(axis).as_vec3().to_array());
-            let local = [sin as f32, cos as f32];
-            directions(axes, local, nodes.half_parts(), (&mut us[..count], &mut vs[..count]));
-            let levels = &environment.levels[nearest];
-            let is_wide = &environment.is_wide[nearest];
-            let finest = light.level(SPACING_PER_SPREAD * f64::from(point.spread));
-            let points = (&us[..count], &vs[..count]);
-            light.radiance(points, &levels[..count], finest, |node, mean| {
-                own[0][node] = mean[0];
-                own[1][node] = mean[1];
-                own[2][node] = mean[2];
-            });
-            clear(&mut shared, count);
-            add_spots(light, axes, local, |node, class, cos, irradiance| {
-                let weight = weights.0[node] + (weights.1[node] - weights.0[node]) * share;
+        let (us, vs) = (&mut us[..count], &mut vs[..count]);
+        directions(axes, at.frame.eye, LobeNodes::get().half_parts(), (us, vs));
+        let finest = light.level(SPACING_PER_SPREAD * f64::from(at.spread));
+        let mut means = [[0.0; NODES]; 3];
+        light.radiance((us, vs), &levels[..count], finest, |node, mean| {
+            means[0][node] = mean[0];
+            means[1][node] = mean[1];
+            means[2][node] = mean[2];
+        });
+        let mut of_spots = [[0.0; NODES]; 3];
+        for_each_spot(light, axes, at.frame.eye, |class, cos, irradiance, (nodes, shares)| {
+            for corner in 0..4 {
+                let node = nodes[corner];
+                let weight = at.weights.get(node).copied().unwrap_or(0.0);
                 if weight > LEAST_WEIGHT && PrefilteredEnvironment::class(levels[node]) >= class {
-                    let factor = cos / weight;
-                    shared[0][node] += irradiance[0] * factor;
-                    shared[1][node] += irradiance[1] * factor;
-                    shared[2][node] += irradiance[2] * factor;
-                }
-            });
-            let irradiance = light.irradiance(axes[2]);
-            for c in 0..3 {
-                let (own, shared) = (&own[c][..count], &shared[c][..count]);
-                let (mut exact, mut wide) = (0.0, 0.0);
-                for k in 0..count {
-                    let weight = weights.0[k] + (weights.1[k] - weights.0[k]) * share;
-                    wide += if is_wide[k] { weight * own[k] } else { 0.0 };
-                    exact += weight * if is_wide[k] { shared[k] } else { shared[k] + own[k] };
-                }
-                // Means around nodes overlap only about as tents do. Those of wide nodes are scaled
-                // so that diffuse reflection is exact.
-                let (low, high) = SCALES;
-                let scale = (irradiance[c] - exact) / wide.max(f32::MIN_POSITIVE);
-                let scale = scale.clamp(low, high);
-                for k in 0..count {
-                    out[c][k] += shared[k] + if is_wide[k] { own[k] * scale } else { own[k] };
+                    let factor = cos * shares[corner] / weight;
+                    of_spots[0][node] += irradiance[0] * factor;
+                    of_spots[1][node] += irradiance[1] * factor;
+                    of_spots[2][node] += irradiance[2] * factor;
                 }
             }
+        });
+        let irradiance = light.irradiance(axes[2]);
+        for c in 0..3 {
+            let (means, of_spots) = (&means[c][..count], &of_spots[c][..count]);
+            let out = &mut out[c][..count];
+            let (mut scaled, mut rest) = (0.0, 0.0);
+            for k in 0..count {
+                let is_wide = PrefilteredEnvironment::is_wide(levels[k]);
+                scaled += if is_wide { at.weights[k] * means[k] } else { 0.0 };
+                rest += at.weights[k] * if is_wide { of_spots[k] } else { of_spots[k] + means[k] };
+            }
+            // Means overlap only approximately as tents do. Those of wide nodes are scaled, so that
+            // diffuse reflection is exact.
+            let scale = (irradiance[c] - rest) / scaled.max(f32::MIN_POSITIVE);
+            let scale = scale.clamp(LEAST_SCALE, LARGEST_SCALE);
+            for k in 0..count {
+                let factor = if PrefilteredEnvironment::is_wide(levels[k]) { scale } else { 1.0 };
+                out[k] += of_spots[k] + means[k] * factor;
+            }
         }
-        count
     }
 }
 
@@ -234,10 +271,6 @@ fn clear(channels: &mut [[f32; NODES]; 3], count: usize) {
     for channel in channels {
         channel[..count].fill(0.0);
     }
-}
-
-fn wide(v: [f32; 3]) -> DVec3 {
-    DVec3::from(v.map(f64::from))
 }
 
 /// Writes the points of the map's square for the incident directions of nodes. `axes`: the local
@@ -268,14 +301,14 @@ fn directions(
     }
 }
 
-/// Calls `put` for each spot above the horizon with each of the four nodes around it, its class,
-/// its cosine times the share of the node, and its irradiance. Arguments as in [`directions`].
+/// Calls `put` for each spot above the horizon: with its class, its cosine, its irradiance, and the
+/// nodes around it with their shares. Arguments as in [`directions`].
 #[inline(always)]
-fn add_spots(
+fn for_each_spot(
     light: &PrefilteredEnvironment,
     axes: [[f32; 3]; 3],
     [sin, cos]: [f32; 2],
-    mut put: impl FnMut(usize, u8, f32, [f32; 3]),
+    mut put: impl FnMut(u8, f32, [f32; 3], ([usize; 4], [f32; 4])),
 ) {
     let spots = light.spots();
     let count = spots.classes.len().min(SPOTS_MAX);
@@ -300,10 +333,8 @@ fn add_spots(
     for k in 0..count {
         if cosines[k] > 0.0 {
             let irradiance = [red[k] * scale[0], green[k] * scale[1], blue[k] * scale[2]];
-            let class = spots.classes[k];
-            LobeNodes::around(chords[k], turns[k], |node, share| {
-                put(node, class, share * cosines[k], irradiance);
-            });
+            let around = LobeNodes::around(chords[k], turns[k]);
+            put(spots.classes[k], cosines[k], irradiance, around);
         }
     }
 }

@@ -8,8 +8,8 @@ use glam::{DVec2, DVec3};
 
 use crate::SampleSet;
 
-/// Distances of the half vectors of each ring of nodes from the normal, as chords: 2 sin(theta_h /
-/// 2). Doubling from a highlight of a polished mirror on, then even.
+/// Distance of the half vectors of each ring of nodes from the normal, as a chord: 2 sin(theta_h /
+/// 2). Rings are dense near the normal, where highlights are.
 const RINGS: [f64; 24] = [
     0.0, 0.003, 0.006, 0.0113, 0.016, 0.0226, 0.032, 0.045, 0.064, 0.09, 0.128, 0.17, 0.22, 0.27,
     0.32, 0.42, 0.52, 0.62, 0.72, 0.82, 0.93, 1.06, 1.22, SQRT_2,
@@ -25,7 +25,7 @@ const RINGS_F32: [f32; RINGS.len()] = {
 };
 /// Bins of chords per unit in [`RING_BELOW`].
 const BINS: f32 = 64.0;
-/// Ring at or below the start of each bin.
+/// Last ring that is not beyond the start of each bin.
 const RING_BELOW: [u8; 92] = {
     let mut below = [0; 92];
     let mut bin = 0;
@@ -46,10 +46,10 @@ pub const NODES: usize = RINGS.len() * SECTORS;
 /// Number of nodes that are summed together.
 pub const NODES_TOGETHER: usize = 64;
 const _: () = assert!(NODES.is_multiple_of(NODES_TOGETHER));
-/// Angles to the eye that are tabulated, at equal distances from 0 to 90 degrees.
+/// Number of tabulated angles to the eye, at equal distances from 0 to 90 degrees.
 const ROWS: usize = 33;
 /// Cosine of the last angle to the eye: that of silhouettes.
-const COS_MIN: f64 = 1e-4;
+pub(super) const COS_MIN: f64 = 1e-4;
 /// Places of the two Gauss points of an interval of length 1.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
@@ -58,8 +58,8 @@ const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 pub struct LobeNodes {
     /// Directions at which materials are evaluated, row by row.
     set: SampleSet,
-    /// Share of each direction in its nodes.
-    shares: Vec<Share>,
+    /// One for each direction.
+    points: Vec<CellPoint>,
     rows: Vec<Row>,
     /// Half vectors of the nodes: x, y and z.
     half: [[f32; NODES]; 3],
@@ -73,15 +73,16 @@ struct Row {
     /// Number of nodes above the horizon, which come first.
     nodes: usize,
     /// Spacing of incident directions around each node, in radians.
-    spacings: Vec<f64>,
+    spacings: [f64; NODES],
     /// Integral of cos_i over the tent of each node: its value for a reflectance of 1.
-    weights: Vec<f32>,
+    weights: [f32; NODES],
 }
 
-/// Weights of one direction in the four nodes around it.
+/// Direction at which materials are evaluated, and its cell.
 #[derive(Debug)]
-struct Share {
-    nodes: [u16; 4],
+struct CellPoint {
+    nodes: [usize; 4],
+    /// cos_i times solid angle, shared among the nodes.
     weights: [f32; 4],
 }
 
@@ -101,12 +102,12 @@ impl LobeNodes {
     }
 
     fn new() -> Self {
-        let (mut pairs, mut shares, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut pairs, mut points, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         for row in 0..ROWS {
             let wo = eye(row);
             let mut nodes = 0;
             for ring in 0..RINGS.len() - 1 {
-                for (point, h, area) in cell_points(ring) {
+                for ((sector, place), h, area) in cell_points(ring) {
                     let along = wo.dot(h);
                     let wi = h * (2.0 * along) - wo;
                     if along <= 0.0 || wi.z <= 0.0 {
@@ -115,7 +116,12 @@ impl LobeNodes {
                     let wi = wi.normalize();
                     let Ok(pair) = DirectionPair::new(wi, wo) else { continue };
                     pairs.push(pair);
-                    shares.push(Share::new(ring, point, 4.0 * along * area * wi.z));
+                    let weight = (4.0 * along * area * wi.z) as f32;
+                    let (around, shares) = corners((ring, sector), place);
+                    points.push(CellPoint {
+                        nodes: around,
+                        weights: shares.map(|share| share * weight),
+                    });
                     nodes = (ring + 2) * SECTORS;
                 }
             }
@@ -123,8 +129,8 @@ impl LobeNodes {
                 let area = node_area(node / SECTORS);
                 (4.0 * wo.dot(half(node)).max(0.0) * area).sqrt()
             };
-            let spacings = (0..NODES).map(spacing).collect();
-            rows.push(Row { end: pairs.len(), nodes, spacings, weights: Vec::new() });
+            let spacings = std::array::from_fn(spacing);
+            rows.push(Row { end: pairs.len(), nodes, spacings, weights: [0.0; NODES] });
         }
         let set = SampleSet::from_pairs(&pairs, &[]);
         let mut parts = [[0.0; NODES]; 3];
@@ -133,10 +139,10 @@ impl LobeNodes {
                 *into = half(node)[axis] as f32;
             }
         }
-        let mut nodes = Self { set, shares, rows, half: parts };
+        let mut nodes = Self { set, points, rows, half: parts };
         let even = nodes.table(&vec![1.0; 3 * nodes.set.len()]);
         for (row, into) in nodes.rows.iter_mut().enumerate() {
-            into.weights = even.channel(row, 0).to_vec();
+            into.weights = *even.channel(row, 0);
         }
         nodes
     }
@@ -163,9 +169,9 @@ impl LobeNodes {
         for (row, into) in self.rows.iter().zip(values.chunks_exact_mut(3 * NODES)) {
             for (channel, into) in into.chunks_exact_mut(NODES).enumerate() {
                 let f = &f[channel * count..][start..row.end];
-                for (share, f) in self.shares[start..row.end].iter().zip(f) {
-                    for (node, weight) in share.nodes.iter().zip(share.weights) {
-                        into[usize::from(*node)] += weight * f;
+                for (point, f) in self.points[start..row.end].iter().zip(f) {
+                    for (node, weight) in point.nodes.iter().zip(point.weights) {
+                        into[*node] += weight * f;
                     }
                 }
             }
@@ -191,39 +197,39 @@ impl LobeNodes {
         nodes.next_multiple_of(NODES_TOGETHER).min(NODES)
     }
 
-    /// Returns the spacings of a row, in radians.
-    pub(super) fn spacings(&self, row: usize) -> &[f64] {
-        &self.rows[row].spacings
+    /// Returns the spacing of incident directions around each node of a row, in radians.
+    pub(super) fn spacings(&self, row: usize) -> [f64; NODES] {
+        self.rows[row].spacings
     }
 
-    /// Returns the integrals of cos_i over the tents of a row.
-    pub(super) fn weights(&self, row: usize) -> &[f32] {
-        &self.rows[row].weights
+    /// Returns the integral of cos_i over the tent of each node, at a distance from a row towards the
+    /// next.
+    #[inline(always)]
+    pub(super) fn weights(&self, row: usize, distance: f32) -> [f32; NODES] {
+        let (own, next) = (&self.rows[row].weights, &self.rows[row + 1].weights);
+        let mut weights = [0.0; NODES];
+        for k in 0..NODES {
+            weights[k] = own[k] + (next[k] - own[k]) * distance;
+        }
+        weights
     }
 
-    /// Calls `put` with the four nodes around a half vector and the share of each.
+    /// Returns the four nodes around a half vector, and the share of each.
     ///
     /// # Domain
     /// Chord between normal and half vector, and its turn about the normal from the eye, as a share
     /// of a full turn within [0, 1].
     #[inline(always)]
-    pub(super) fn around(chord: f32, turn: f32, mut put: impl FnMut(usize, f32)) {
-        let (low, high) = (RINGS_F32[0], RINGS_F32[RINGS.len() - 1]);
-        let chord = chord.clamp(low, high);
+    pub(super) fn around(chord: f32, turn: f32) -> ([usize; 4], [f32; 4]) {
+        let chord = chord.clamp(0.0, RINGS_F32[RINGS.len() - 1]);
         let mut ring = usize::from(RING_BELOW[(chord * BINS) as usize]);
         while ring + 2 < RINGS.len() && chord >= RINGS_F32[ring + 1] {
             ring += 1;
         }
-        let across = (chord - RINGS_F32[ring]) / (RINGS_F32[ring + 1] - RINGS_F32[ring]);
+        let outwards = (chord - RINGS_F32[ring]) / (RINGS_F32[ring + 1] - RINGS_F32[ring]);
         let at = turn * SECTORS as f32;
         let sector = at as usize;
-        let around = at - sector as f32;
-        let (sector, next) = (sector % SECTORS, (sector + 1) % SECTORS);
-        let (inner, outer) = (ring * SECTORS, (ring + 1) * SECTORS);
-        put(inner + sector, (1.0 - across) * (1.0 - around));
-        put(inner + next, (1.0 - across) * around);
-        put(outer + sector, across * (1.0 - around));
-        put(outer + next, across * around);
+        corners((ring, sector), [outwards, at - sector as f32])
     }
 
     /// Number of rows.
@@ -251,26 +257,24 @@ impl LobeTable {
     }
 }
 
-impl Share {
-    /// Bilinear weights of a point of a cell.
-    fn new(ring: usize, (sector, [across, around]): (usize, [f64; 2]), weight: f64) -> Self {
-        let node = |ring: usize, sector: usize| {
-            u16::try_from(ring * SECTORS + sector % SECTORS).expect("there are few nodes")
-        };
-        let nodes = [
-            node(ring, sector),
-            node(ring, sector + 1),
-            node(ring + 1, sector),
-            node(ring + 1, sector + 1),
-        ];
-        let weights = [
-            (1.0 - across) * (1.0 - around),
-            (1.0 - across) * around,
-            across * (1.0 - around),
-            across * around,
-        ];
-        Self { nodes, weights: weights.map(|share| (share * weight) as f32) }
-    }
+/// Returns the nodes at the corners of a cell and their bilinear shares at a place of the cell: from
+/// its ring to the next, and from its sector to the next. Sectors count on from the last to the
+/// first.
+#[inline(always)]
+fn corners(
+    (ring, sector): (usize, usize),
+    [outwards, onwards]: [f32; 2],
+) -> ([usize; 4], [f32; 4]) {
+    let (own, next) = (sector % SECTORS, (sector + 1) % SECTORS);
+    let (inner, outer) = (ring * SECTORS, (ring + 1) * SECTORS);
+    let nodes = [inner + own, inner + next, outer + own, outer + next];
+    let shares = [
+        (1.0 - outwards) * (1.0 - onwards),
+        (1.0 - outwards) * onwards,
+        outwards * (1.0 - onwards),
+        outwards * onwards,
+    ];
+    (nodes, shares)
 }
 
 /// Direction to the eye of a row.
@@ -300,19 +304,18 @@ fn node_area(ring: usize) -> f64 {
     PI * (outer * outer - inner * inner) / SECTORS as f64
 }
 
-/// Gauss points of all cells between a ring and the next: sector and place in the cell, half
-/// vector, and solid angle.
-fn cell_points(ring: usize) -> impl Iterator<Item = ((usize, [f64; 2]), DVec3, f64)> {
+/// Points of the quadrature of all cells between a ring and the next: sector and place in the cell,
+/// half vector, and solid angle. Two Gauss points outwards; the midpoint of a sector, which is as
+/// good for functions that are smooth and periodic.
+fn cell_points(ring: usize) -> impl Iterator<Item = ((usize, [f32; 2]), DVec3, f64)> {
     let (inner, outer) = (RINGS[ring], RINGS[ring + 1]);
     let step = 2.0 * PI / SECTORS as f64;
-    // Around the normal the rule of midpoints is as good for smooth functions: they are periodic.
-    let around = 0.5;
     (0..SECTORS).flat_map(move |sector| {
-        GAUSS.into_iter().map(move |across| {
-            let chord = inner + (outer - inner) * across;
-            let h = half_vector(chord, (sector as f64 + around) * step);
+        GAUSS.into_iter().map(move |outwards| {
+            let chord = inner + (outer - inner) * outwards;
+            let h = half_vector(chord, (sector as f64 + 0.5) * step);
             let area = chord * (outer - inner) * step / 2.0;
-            ((sector, [across, around]), h, area)
+            ((sector, [outwards as f32, 0.5]), h, area)
         })
     })
 }
@@ -331,6 +334,5 @@ mod tests {
             let bound = if row < ROWS - 3 { 0.02 } else { 0.15 };
             assert!((f64::from(sum) / PI - 1.0).abs() < bound, "{row} {sum}");
         }
-        println!("{} directions, {NODES} nodes", nodes.set().len());
     }
 }

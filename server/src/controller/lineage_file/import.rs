@@ -171,12 +171,13 @@ impl Assembly<'_> {
             return refuse(error.field, &error.to_string());
         }
         // Only broods that breeding could have made are accepted: the history must be repeatable.
-        let operator = match from.parents.len() {
-            0 | 1 if from.individuals.iter().all(|one| one.operator == ADOPT) => ADOPT,
-            0 | 1 if from.individuals.iter().all(|one| one.operator == FIT) => FIT,
-            0 => "random",
-            1 => "mutate",
-            2 => "recombine",
+        let all_by = |name| from.individuals.iter().all(|one| one.operator == name);
+        let operator = match *from.parents {
+            [] | [ParentRef::Individual(_)] if all_by(ADOPT) => ADOPT,
+            [] | [_] if all_by(FIT) => FIT,
+            [] => "random",
+            [_] => "mutate",
+            [_, _] => "recombine",
             _ => return refuse("parents", "a brood must have at most 2 parents"),
         };
         if let Some(locks) = &options.locks
