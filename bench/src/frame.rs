@@ -48,7 +48,7 @@ pub struct BenchFrameArgs {
 }
 
 impl BenchFrameArgs {
-    /// Returns new materials. Under an environment programs are isotropic and the same everywhere,
+    /// Returns new materials. Under an environment programs are isotropic and homogeneous,
     /// as models are: that light is then prefiltered.
     fn genomes(&self, seed: u64) -> Vec<Genome> {
         let even = self.environment.is_some();
@@ -76,6 +76,9 @@ struct Row {
     samples: Sampling,
     programs: u32,
     threads: usize,
+    /// First materials, which make the sample set and the light of the view.
+    first_ms: f64,
+    /// Further materials.
     total_ms: Figures,
     /// Part of the total spent on lowering.
     lower_ms: Figures,
@@ -113,12 +116,13 @@ pub fn run(args: &BenchFrameArgs, json: bool) -> Result<()> {
         let Figures { min, median, p99 } = &row.total_ms;
         format!(
             "{} new materials at {} px, samples {:<8}, {} threads: min {min:.2} ms  median {median:.2} ms  p99 {p99:.2} ms  \
-             (lowering {:.2} ms)\n",
+             (lowering {:.2} ms)  first {:.0} ms\n",
             row.programs,
             row.size_px,
             row.samples.to_string(),
             row.threads,
-            row.lower_ms.median
+            row.lower_ms.median,
+            row.first_ms
         )
     };
     output::print(&rows.iter().map(line).collect::<String>())
@@ -140,7 +144,7 @@ fn measure(
     }
     let frame = Frame::new(&scene, MeshSource::Builtin, size_px, samples, how);
     let (mut total, mut lowering) = (Vec::new(), Vec::new());
-    // The first round builds the sample set and is not counted.
+    let mut first_ms = 0.0;
     for round in 0..=args.repeats {
         let genomes = args.genomes(args.common.seed.wrapping_add(round.into()));
         let start = Instant::now();
@@ -150,7 +154,9 @@ fn measure(
         let pictures = renderer.render(&frame, &mesh, &all).context("render")?;
         let elapsed = start.elapsed().as_secs_f64() * 1e3;
         ensure!(pictures.len() == all.len(), "expected one picture per material");
-        if round > 0 {
+        if round == 0 {
+            first_ms = elapsed;
+        } else {
             total.push(elapsed);
             lowering.push(lowered);
         }
@@ -160,6 +166,7 @@ fn measure(
         samples,
         programs: args.programs,
         threads: rayon::current_num_threads(),
+        first_ms,
         total_ms: figures(&total),
         lower_ms: figures(&lowering),
     })

@@ -119,8 +119,8 @@ struct Statement<'a> {
     from: &'a str,
 }
 
-/// Removes comments that begin a line, and empty lines; other comments stay. In template literals too:
-/// there they are comments of shaders.
+/// Removes comments that begin a line, and empty lines; other comments stay. Lines of template
+/// literals are treated alike: there they are comments of shaders.
 fn without_comments(source: &str) -> String {
     let mut kept = String::with_capacity(source.len());
     let mut in_comment = false;

@@ -21,7 +21,7 @@ const CODE_MAX: f32 = 65535.0;
 /// Tabulates programs for [`shade_prefiltered`], in their order.
 ///
 /// # Domain
-/// Programs that are isotropic and the same everywhere; see [`is_prefilterable`].
+/// Isotropic homogeneous programs; see [`is_prefilterable`].
 ///
 /// # Errors
 /// Those of `eval`, which evaluates the programs as [`crate::Evaluator::eval`] does.
@@ -220,7 +220,7 @@ fn sum(a: &[f32], b: &[f32]) -> f32 {
     pairwise_sum(sums)
 }
 
-/// True if a program is isotropic and the same everywhere, so that prefiltered light can shade it.
+/// True if a program is isotropic and homogeneous, so that prefiltered light can shade it.
 #[must_use]
 pub fn is_prefilterable(program: &Program) -> bool {
     let inputs = program.inputs();

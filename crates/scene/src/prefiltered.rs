@@ -1,11 +1,10 @@
-//! Distant light from all directions, integrated over nodes instead of samples.
+//! Light from environments, integrated over nodes instead of samples.
 //!
-//! An isotropic material that is the same everywhere reflects f(cos_o, wi): for each angle to the
-//! eye a function of two angles. [`LobeNodes`] holds nodes in these angles, dense around the mirror
-//! direction. A material is tabulated at them once ([`LobeTable`]). [`PrefilteredLight`] gives the
-//! mean radiance of the environments around the nodes of each surface point; the sum of their
-//! products is the reflected radiance. It has no noise, and its cost does not depend on the
-//! material.
+//! Seen from one direction, an isotropic homogeneous material is a function of the half vector.
+//! [`LobeNodes`] holds nodes of half vectors, dense near the normal, for a number of angles to the
+//! eye. [`LobeTable`] holds a material at the nodes. [`PrefilteredLight`] computes the mean
+//! radiance of the environments around the nodes of each surface point. Reflected radiance is the
+//! sum of their products: it has no noise, and its cost does not depend on the material.
 //!
 //! # Source
 //! Křivánek and Colbert 2008, *Real-Time Shading with Filtered Importance Sampling*, for means

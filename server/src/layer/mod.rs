@@ -60,7 +60,7 @@ pub fn wrap(router: Router, app: &App) -> Router {
         .layer(from_fn_with_state(app.clone(), host::check))
         .layer(CatchPanicLayer::custom(panicked))
         .layer(from_fn_with_state(app.clone(), finish::finish))
-        // Outermost, because `finish` replaces bodies. The default skips pictures and event streams.
+        // Outermost, because `finish` replaces bodies. The default skips pictures and events.
         .layer(
             CompressionLayer::new()
                 .quality(COMPRESSION)

@@ -202,8 +202,8 @@ impl LobeNodes {
         self.rows[row].spacings
     }
 
-    /// Returns the integral of cos_i over the tent of each node, at a distance from a row towards the
-    /// next.
+    /// Returns the integral of cos_i over the tent of each node, at a distance from a row towards
+    /// the next.
     #[inline(always)]
     pub(super) fn weights(&self, row: usize, distance: f32) -> [f32; NODES] {
         let (own, next) = (&self.rows[row].weights, &self.rows[row + 1].weights);
@@ -257,8 +257,8 @@ impl LobeTable {
     }
 }
 
-/// Returns the nodes at the corners of a cell and their bilinear shares at a place of the cell: from
-/// its ring to the next, and from its sector to the next. Sectors count on from the last to the
+/// Returns the nodes at the corners of a cell, and their bilinear shares at a place of the cell:
+/// from its ring to the next, and from its sector to the next. The sector after the last is the
 /// first.
 #[inline(always)]
 fn corners(

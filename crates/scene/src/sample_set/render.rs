@@ -106,7 +106,7 @@ impl SampleSet {
     ///
     /// # Domain
     /// Adaptive sampling, and a scene without shadows: prefiltered light passes through objects.
-    /// Only for materials that are isotropic and the same everywhere.
+    /// Only for isotropic homogeneous materials.
     ///
     /// # Panics
     /// As [`SampleSet::render_area`], and if the sampling is fixed.
