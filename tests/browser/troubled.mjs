@@ -4,6 +4,7 @@
 import { strict as assert } from "node:assert";
 
 import { slide } from "./live.mjs";
+import { poster } from "./server.mjs";
 
 /** A tiny environment picture. */
 const SKY = {
