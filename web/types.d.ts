@@ -917,6 +917,8 @@ export interface components {
              */
             width?: number | null;
         } | {
+            /** @description True if it stays in place while `light_deg` moves the lights. Default: false. */
+            fixed?: boolean | null;
             /**
              * @description "studio", "overcast", "low-sun", "interior", or the name of the picture among the assets,
              *     the id of the uploaded file. Equirectangular: upper edge +y, middle -z, +x a quarter of the
@@ -1350,8 +1352,8 @@ export interface components {
             film: components["schemas"]["Film"];
             /**
              * Format: double
-             * @description Position on the light orbit, in degrees: all lights are rotated by this angle about the
-             *     vertical axis through the centre of the mesh, from +z towards +x.
+             * @description Position on the light orbit, in degrees: all lights but fixed environments are rotated by
+             *     this angle about the vertical axis through the centre of the mesh, from +z towards +x.
              * @default 0
              */
             light_deg: number;
@@ -1432,8 +1434,8 @@ export interface components {
             id: components["schemas"]["SceneId"];
             /**
              * Format: double
-             * @description Position on the light orbit, in degrees: all lights are rotated by this angle about the
-             *     vertical axis through the centre of the mesh, from +z towards +x.
+             * @description Position on the light orbit, in degrees: all lights but fixed environments are rotated by
+             *     this angle about the vertical axis through the centre of the mesh, from +z towards +x.
              * @default 0
              */
             light_deg: number;

@@ -16,7 +16,7 @@ use utoipa_swagger_ui::SwaggerUi;
 use crate::controller::{
     circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
     lease, light_asset, lineage, lineage_file, mesh, model, operation, page, preset, render, scene,
-    search, session, sheet, system, target, target_picture, thumbnail,
+    search, session, sheet, spheres, system, target, target_picture, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -76,6 +76,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(render::png))
         .routes(routes!(render::exr))
         .routes(routes!(render::posted::png))
+        .routes(routes!(spheres::get))
         .routes(routes!(circle::animation))
         .routes(routes!(circle::strip))
         .routes(routes!(circle::sheet))

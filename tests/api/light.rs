@@ -84,6 +84,50 @@ async fn built_in_environments_are_named_in_scenes() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn lit_spheres_hold_a_material_in_the_environments_of_a_scene() {
+    let server = TestServer::start();
+    let scene = async |extra: Value| {
+        let studio = json!({"kind": "environment", "image": "studio", "fixed": true});
+        let mut scene = json!({"lights": [{}, studio]});
+        scene.as_object_mut().unwrap().extend(extra.as_object().unwrap().clone());
+        server.post("/v1/scenes", &scene).await.expect(201).json()["id"].clone()
+    };
+    let own = scene(json!({})).await;
+    let body = json!({"name": "lit", "thumbnail_px": 32, "scene": own});
+    let lineage = server.post("/v1/lineages", &body).await.expect(201).json();
+    let adoptions = format!("/v1/lineages/{}/adoptions", text_of(&lineage["id"]));
+    let body = json!({"presets": ["matt-clay", "checkered-ceramic"]});
+    let made = server.post(&adoptions, &body).await.expect(201).json();
+    let path = |slot: usize, query: &str| {
+        let id = text_of(&made["individuals"][slot]["id"]).to_owned();
+        format!("/v1/individuals/{id}/lit-spheres{query}")
+    };
+    let file = server.get(&path(0, "?texels=20")).await.expect(200).body;
+    assert_eq!((&file[..8], file.len()), (b"broodlit".as_slice(), 20 + 6 * 60 * 60));
+    assert_eq!(file[12..16], 20u32.to_le_bytes());
+    assert!(file[20..].iter().any(|byte| *byte != 0));
+    let whole = server.get(&path(0, "")).await.expect(200).body;
+    assert_eq!(whole.len(), 20 + 6 * 144 * 144);
+    // Only camera and environments count.
+    let turned = scene(json!({"mesh": "torus", "rotation_deg": [10, 20, 30]})).await;
+    let query = format!("?texels=20&light_deg=90&scene={}", text_of(&turned));
+    assert_eq!(server.get(&path(0, &query)).await.expect(200).body, file);
+    let near = scene(json!({"camera": {"fov_y_deg": 60}})).await;
+    let query = format!("?texels=20&scene={}", text_of(&near));
+    assert_ne!(server.get(&path(0, &query)).await.expect(200).body, file);
+    // Textured materials have none, nor have scenes with shadows or without an environment.
+    assert!(server.get(&path(1, "")).await.expect(204).body.is_empty());
+    for extra in [json!({"shadows": true}), json!({"lights": [{}]})] {
+        let query = format!("?scene={}", text_of(&scene(extra).await));
+        let refused = server.get(&path(0, &query)).await.expect(422).json();
+        assert!(text_of(&refused["detail"]).contains("an environment"), "{refused}");
+    }
+    for query in ["?texels=8", "?texels=129", "?texels=many", "?light_deg=nan", "?size=64"] {
+        server.get(&path(0, query)).await.expect(400);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn every_kind_of_light_makes_a_different_picture() {
     let server = TestServer::start();
     let lights = [

@@ -207,6 +207,7 @@ export async function editedLive(app, step, shot) {
   const { page } = app;
   await step("draws an edited parameter live while it is dragged", async () => {
     await begin(app, "model-gold");
+    await app.reshown(() => app.id("environment").selectOption("none"));
     if (!(await app.id("edit").isVisible())) await app.id("details-toggle").click();
     await edit(app);
     const centreLit = () =>

@@ -208,10 +208,6 @@ export async function film(app, step, shot) {
       await app.accessible("kinds of light");
       await app.reshown(() => page.getByRole("radio", { name: "Linear" }).check());
       await app.reshown(() => page.getByRole("switch", { name: "shadows" }).uncheck());
-      const studio = await app.reshown(() => kind.selectOption({ label: "studio" }));
-      assert.deepEqual([studio.lights[0].kind, studio.lights[0].image], ["environment", "studio"]);
-      assert.equal(await kind.evaluate((list) => list.selectedOptions[0].label), "studio");
-      await shot("18-studio");
       const plain = await app.reshown(() => kind.selectOption("point"));
       assert.ok(!plain.shadows && plain.lights[0].kind === "point");
     },

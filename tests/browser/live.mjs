@@ -165,7 +165,16 @@ export async function live(app, step, shot, base) {
       await app.id("presets").click();
       await app.id("preset-pearl").click();
       await around(page, before);
-      await app.reshown(() => app.id("object").selectOption("knob"));
+      const { lights } = await app.reshown(() => app.id("object").selectOption("knob"));
+      assert.deepEqual(
+        lights.map(({ kind, image, fixed }) => [kind, image, fixed]),
+        [
+          ["point", undefined, undefined],
+          ["environment", "studio", true],
+        ],
+        "a new lineage is seen in the studio under a lamp",
+      );
+      await app.reshown(() => app.id("environment").selectOption("none"));
       const id = await app.ready();
       await page.waitForFunction(
         () => document.querySelector("[data-testid=light-moves]")?.disabled === false,
@@ -324,6 +333,67 @@ export async function live(app, step, shot, base) {
   await step("has no accessibility violations with the light's controls", () =>
     app.accessible("live"),
   );
+  await surrounded(app, step, shot, base);
+}
+
+/** Draws environments live. */
+async function surrounded(app, step, shot, base) {
+  const { page } = app;
+  const even = ["isotropic", "homogeneous"].map((name) => page.getByRole("switch", { name }));
+
+  await step("draws an environment live like the server, under a lamp that circles", async () => {
+    const lamp = await app.reshown(() => slide(app, "light-ev", -1));
+    assert.equal(lamp.lights.length, 1);
+    await app.reshown(() => app.id("environment").selectOption("studio"));
+    await app.reshown(() => slide(app, "environment-rotation", 40));
+    const scene = await app.reshown(() => slide(app, "environment-ev", -0.5));
+    assert.equal(scene.lights[1].rotation_deg, 40);
+    assert.ok(Math.abs(scene.lights[1].scale[1] - 2 ** -0.5) < 1e-9);
+    const shown = await app.ready();
+    await app.id("presets").click();
+    await app.id("preset-red-plastic").click();
+    await around(page, shown);
+    for (const one of even) await one.check();
+    const generation = await app.generation(await app.becomes(() => app.cell(19).click()));
+    await hold(app, "light", 75);
+    await allLit(page);
+    const text = await asServerDraws(app, generation, 75, base);
+    await shot("9-studio");
+    await app.reshown(() => slide(app, "light", 20));
+    await noneLit(page);
+    return text;
+  });
+
+  await step("turns the object live in an environment without a lamp", async () => {
+    const dark = await app.reshown(() => app.id("light-kind").selectOption("none"));
+    assert.deepEqual(
+      dark.lights.map(({ kind }) => kind),
+      ["environment"],
+    );
+    assert.ok(await app.id("light-moves").isDisabled(), "nothing circles");
+    const box = await app.id("centre").boundingBox();
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    await app.reshown(async () => {
+      await page.mouse.move(x, y);
+      await page.mouse.down();
+      await page.mouse.move(x - 50, y + 10, { steps: 4 });
+      await allLit(page);
+      await shot("9-studio-turning");
+      await page.mouse.up();
+    });
+    await noneLit(page);
+    await app.accessible("an environment");
+  });
+
+  await step("removes the environment", async () => {
+    await app.reshown(() => app.id("light-kind").selectOption("point"));
+    const plain = await app.reshown(() => app.id("environment").selectOption("none"));
+    assert.deepEqual(
+      plain.lights.map(({ kind }) => kind),
+      ["point"],
+    );
+    for (const one of even) await one.uncheck();
+  });
 }
 
 /** Runs exported programs in this browser and compares them bit for bit. */

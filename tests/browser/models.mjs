@@ -164,6 +164,7 @@ export async function modelsLive(app, step, shot, base) {
     // With automatic exposure, the light of each picture would matter (docs/maths/film.md).
     // The ball has more borders that only the server antialiases.
     await app.reshown(() => app.id("object").selectOption("sphere"));
+    await app.reshown(() => app.id("environment").selectOption("none"));
     await app.reshown(() => slide(app, "exposure", -1));
     await hold(app, "light", 75);
     await allLit(page);
@@ -190,6 +191,7 @@ export async function modelsLive(app, step, shot, base) {
     }
     assert.ok(kinds.size > 8, `${[...kinds]}`);
     await app.reshown(() => app.id("object").selectOption("sphere"));
+    await app.reshown(() => app.id("environment").selectOption("none"));
     await app.reshown(() => slide(app, "exposure", -1));
     await hold(app, "light", 40);
     await allLit(page);

@@ -1,7 +1,8 @@
 // Measures frames per second of live drawing, 21 materials under the circling light, and how many
 // exported programs keep their bits, in headless Chromium: `node tests/browser/rate.mjs [--angle
-// NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--seeds N,...] [--programs
-// N]`, with $BROOD_BIN and $CHROMIUM as for the journey. Without --angle the browser's software
+// NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--environment NAME] [--seeds
+// N,...] [--programs N]`, with $BROOD_BIN and $CHROMIUM as for the journey. In an environment
+// programs are isotropic and homogeneous. Without --angle the browser's software
 // renderer draws; with it, the system's: gl-egl for OpenGL on a Linux machine without a screen, gl,
 // vulkan, metal or d3d11 elsewhere. This is a measurement and not a test: it prints one line of
 // JSON for each object and seed, and one for the exports. It fails only if --hardware is given and
@@ -21,6 +22,7 @@ const { values } = parseArgs({
     side: { type: "string", default: "640" },
     seconds: { type: "string", default: "9" },
     objects: { type: "string", default: "sphere" },
+    environment: { type: "string" },
     seeds: { type: "string", default: "7" },
     programs: { type: "string", default: "0" },
   },
@@ -51,8 +53,11 @@ const say = (found) => console.log(JSON.stringify(found));
 /** Creates a lineage with one random brood; returns its address on the page. */
 async function made(url, object, seed) {
   const send = poster(url);
-  const scene = await send("/v1/scenes", { mesh: object });
-  const lineage = await send("/v1/lineages", { name: "rate", scene: scene.id });
+  const { environment: image } = values;
+  const lights = [{}, ...(image ? [{ kind: "environment", image, fixed: true }] : [])];
+  const scene = await send("/v1/scenes", { mesh: object, lights });
+  const dialect = image ? { isotropic: true, homogeneous: true } : {};
+  const lineage = await send("/v1/lineages", { name: "rate", scene: scene.id, dialect });
   const bred = await send(`/v1/lineages/${lineage.id}/generations`, { parents: [], seed });
   return `${url}${MODULES}#/lineage/${lineage.id}/generation/${bred.id}`;
 }

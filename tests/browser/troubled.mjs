@@ -101,7 +101,11 @@ export async function troubled(app, step, shot, base) {
     const sceneOf = async () => (await app.api(`/v1/lineages/${generation.lineage}`)).scene;
     assert.equal(await sceneOf(), spot.id, "the older choices are dropped");
     const sky = await app.reshown(() => app.id("light-environment").setInputFiles(SKY));
-    assert.equal(sky.lights[0].kind, "environment");
+    assert.deepEqual(
+      sky.lights.map(({ kind }) => kind),
+      ["spot", "environment"],
+    );
+    assert.match(sky.lights[1].image, /^[0-9a-f-]{36}$/);
     await app.reshown(() => app.id("light-kind").selectOption("point"));
   });
 

@@ -1,7 +1,7 @@
 /**
  * Opening, creating, renaming and hiding lineages, and following the address.
  *
- * @import { Dialect, Lineage, Trail } from "../model.js"
+ * @import { Dialect, Lineage, Scene, Trail } from "../model.js"
  */
 import { batch, effect } from "../vendor/signals-core.js";
 import { problemOf } from "../api/request.js";
@@ -10,6 +10,7 @@ import { loadSetting, saveSetting } from "../page/memory.js";
 import { clearProblems, guarded, showProblem } from "../page/problem.js";
 import * as route from "../page/route.js";
 import { pageStore } from "../page/store.js";
+import { environment } from "../scene/lights.js";
 import { sceneStore } from "../scene/store.js";
 import { breedNext } from "./breed.js";
 import {
@@ -62,8 +63,12 @@ function openNewest() {
 /** Mutation with which children of a named material mostly still look like one. */
 const NEAR = 0.1;
 
-/** Scene of a new lineage: an object with curves, a flat, a groove and a base. */
-const FIRST_SCENE = { mesh: "ball" };
+/**
+ * Scene of a new lineage: an object with curves, a flat, a groove and a base, in the studio under a
+ * lamp.
+ * @type {Partial<Scene>}
+ */
+const FIRST_SCENE = { mesh: "ball", lights: [{ kind: "point" }, environment("studio")] };
 
 /**
  * Fills an empty lineage with the presets of its dialect.

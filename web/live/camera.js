@@ -124,17 +124,20 @@ export function viewOf(camera, extent, { rotation, scale }) {
   };
 }
 
+/** Lights other than environments. @param {Pick<Scene, "lights">} scene */
+const pointsOf = ({ lights }) => (lights ?? []).filter(({ kind }) => kind !== "environment");
+
 /**
- * True if a scene can be drawn live: a few point lights with an intensity or the default one, no
- * shadows, no tone curve, curved normals.
+ * True if a scene can be drawn live: environments and a few point lights with an intensity or the
+ * default one, no shadows, no tone curve, curved normals.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
   !scene.shadows &&
-  (scene.lights ?? []).length <= LIGHTS &&
+  pointsOf(scene).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&
   (scene.film.tone ?? "none") === "none" &&
-  (scene.lights ?? []).every(
+  pointsOf(scene).every(
     (light) => (light.kind ?? "point") === "point" && strengthField(light) !== null,
   );
 
@@ -143,7 +146,7 @@ const channels = (strength) =>
   typeof strength === "number" ? [strength, strength, strength] : (strength ?? null);
 
 /**
- * Lights as the object sees them.
+ * Lights other than environments as the object sees them.
  * @param {Pick<Scene, "lights">} scene
  * @param {Extent} extent
  * @param {{rotation: number[], scale: number}} pose
@@ -153,7 +156,7 @@ const channels = (strength) =>
 export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
   const circle = about([0, 1, 0], lightDeg);
   const length = scale * extent.radius;
-  return (scene.lights ?? []).map((light) => {
+  return pointsOf(scene).map((light) => {
     const from = light.position
       ? relative(light.position, extent)
       : scaled(orbit(PLACED.azimuth, PLACED.elevation), PLACED.radii);

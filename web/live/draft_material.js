@@ -59,7 +59,7 @@ export class DraftMaterial {
     if ([this.#next, this.#shown].some((one) => one && one.lights !== lights))
       this.#dropMaterials(gl);
     if (!this.#next && this.#code !== null && this.#code !== this.#made) {
-      this.#next = makeMaterial(gl, this.#code, lights);
+      this.#next = makeMaterial(gl, this.#code, lights, null);
       this.#made = this.#code;
     }
     const busy = [this.#next, this.#shown].flatMap((one) =>

@@ -43,7 +43,10 @@ export const watchDraftPicture = () =>
   effect(() => {
     const draft = lineageStore.draft.value;
     const sceneId = lineageStore.lineage.value?.scene;
-    const isLive = liveStore.supported.value !== false && liveStore.sceneDrawable.value;
+    const isLive =
+      liveStore.supported.value !== false &&
+      liveStore.sceneDrawable.value &&
+      liveStore.environment.value === "";
     const wanted = draft && sceneId && !isLive ? { draft, sceneId } : null;
     const id = wanted?.draft.of.id ?? "";
     if (id !== shownFor) replace(null);

@@ -58,7 +58,7 @@ export const commitAngle = commitLight;
  * @param {boolean} [chosen] true if the user did it, which is remembered
  */
 export function setLightMoving(on, chosen = true) {
-  if (on === liveStore.lightMoving.value) return;
+  if (on === liveStore.lightMoving.value || (on && !liveStore.lightCircles.value)) return;
   if (on) now = restAngle();
   placed = true;
   batch(() => {
@@ -79,6 +79,10 @@ export function startLight(byDefault) {
   if (!placed && (savedChoice() ?? byDefault)) setLightMoving(true, false);
 }
 
-/** Saves the speed for the next visit. */
-export const watchLight = () =>
+/** Saves the speed for the next visit, and stops the light if none is left that circles. */
+export function watchLight() {
   effect(() => saveSetting("light-speed", liveStore.lightSpeed.value));
+  effect(() => {
+    if (!liveStore.lightCircles.value) liveStore.lightMoving.value = false;
+  });
+}

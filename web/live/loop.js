@@ -34,7 +34,7 @@ import { AdaptiveResolution, displayInterval } from "./resolution.js";
 import { followLight } from "./stills.js";
 import { liveStore } from "./store.js";
 import {
-  drawSurface, dropSurface, lightSurface, linkSurfacePrograms, makeSurface,
+  drawPlaces, drawSurface, dropSurface, lightSurface, linkSurfacePrograms, makeSurface,
 } from "./surface.js";
 
 /** Stands for a scene without lights, which is drawn black. @type {PointLight} */
@@ -47,7 +47,7 @@ let context = null;
 /**
  * Resources that all materials share, made at the first drawing: programs, and the surface as the
  * frames (`small`), the centre (`large`) and the exposure meter (`metering`) see it.
- * @type {{pens: SurfacePrograms, dark: Linked, meter: Meter, metering: Surface, small: Surface,
+ * @type {{pens: SurfacePrograms, dark: Linked[], meter: Meter, metering: Surface, small: Surface,
  *   large: Surface}|null}
  */
 let tools = null;
@@ -56,9 +56,11 @@ let object = null;
 /** Path of the mesh that is being loaded; empty if none. */
 let loading = "";
 /**
- * Keys of what the surfaces show, of the lights on them, and of what exposures were measured for.
+ * Keys of what the surfaces show, of the places on lit spheres and the lights on them, and of what
+ * exposures were measured for.
  */
 let drawnKey = "";
+let placedKey = "";
 let litKey = "";
 let meteredKey = "";
 /** Id of the last generation that was drawn live. */
@@ -116,6 +118,7 @@ function dropResources() {
   tools = null;
   object = null;
   drawnKey = "";
+  placedKey = "";
   litKey = "";
   meteredKey = "";
   cache.lose();
@@ -264,7 +267,8 @@ function frame(now) {
   const scene = sceneStore.editedScene.value;
   const gl = context?.gl;
   const generation = lineageStore.generation.value;
-  const draft = lineageStore.draft.value;
+  // The server draws what is edited in environments.
+  const draft = liveStore.environment.value === "" ? lineageStore.draft.value : null;
   // Only the edited centre is drawn then.
   const resting = !(isMoving() || isReplaced());
   if (gl && !draft && !gl.isContextLost()) draftMaterial.drop(gl);
@@ -301,7 +305,13 @@ function frame(now) {
     for (const surface of [metering, small, large])
       drawSurface(gl, pens, surface, { geometry, tangents }, view);
     drawnKey = key;
+    placedKey = "";
     litKey = "";
+  }
+  const environment = liveStore.environment.value;
+  if (environment !== "" && placedKey === "") {
+    for (const surface of [metering, small, large]) drawPlaces(gl, pens, surface, view);
+    placedKey = key;
   }
   /** @param {number} at */
   const lightsAt = (at) => {
@@ -329,6 +339,8 @@ function frame(now) {
   const lightsKey = JSON.stringify([
     key,
     all.map((light) => [light.place, light.intensity.map(Math.fround)]),
+    environment,
+    environment === "" ? 1 : strength,
   ]);
   if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
     lightSurface(gl, pens, metering, all);
@@ -339,8 +351,9 @@ function frame(now) {
   const squares = resting ? layout.squares.filter(({ cell }) => cell === "centre") : layout.squares;
   const making = {
     meter,
-    look: { surface: metering, lights: all },
+    look: { surface: metering, lights: all, around: 1 / strength },
     within: geometry.within,
+    environment,
     together: context?.together ?? 1,
   };
   // Before the others, because the user sees only this one change.
@@ -377,7 +390,7 @@ function frame(now) {
       gain: exposure === "auto" ? material.gain / strength : 2 ** exposure,
       marks: pageStore.clippingShown.value,
     };
-    drawMaterial(gl, material, dark, { surface, lights }, where);
+    drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
   }
   const cells = new Set(materials.map(({ cell }) => cell));
   showLive(cells);

@@ -5,11 +5,13 @@
  * @import { Linked } from "./program.js"
  * @import { Surface } from "./surface.js"
  * @import { PointLight } from "./camera.js"
+ * @import { Spheres } from "./spheres.js"
  */
 import { drawLitCells } from "./lit_cells.js";
 import {
-  OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, uniformLocation,
+  OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, read, uniformLocation,
 } from "./program.js";
+import { AROUND } from "./spheres.js";
 import { drawWithin } from "./surface.js";
 
 /** Side of the pictures on which exposure is measured, and number of light angles measured. */
@@ -42,15 +44,12 @@ const lighting = (lights) => `
     vec3 wi = vec3(light.xy, sqrt(max(0.0, 1.0 - dot(light.xy, light.xy))));
     vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), eye.zw);
     radiance += f * intensities[k] * light.z;
-  }
-  vec3 shown = radiance * gain;
-  vec3 code = srgb(shown);`;
+  }`;
 
 /** Shading of a pixel that no light reaches. */
 const NO_LIGHT = `
   float coverage = texelFetch(lit, at, 0).w;
-  vec3 shown = vec3(0.0);
-  vec3 code = vec3(0.0);`;
+  vec3 radiance = vec3(0.0);`;
 
 /**
  * Fragment shader from the surface textures to a pixel's colour. Straight-line code, except for a
@@ -62,8 +61,9 @@ const NO_LIGHT = `
  * which cost a tenth of a power.
  * @param {string} evolved the exported functions
  * @param {number} lights 0 for pixels that no light reaches
+ * @param {boolean} surrounded true if there are environments
  */
-const fragment = (evolved, lights) => `#version 300 es
+const fragment = (evolved, lights, surrounded) => `#version 300 es
 ${evolved}
 precision highp sampler2D;
 uniform sampler2D seen;
@@ -72,6 +72,7 @@ uniform ivec2 corner;
 uniform int side;
 uniform int first;
 uniform vec3 intensities[${Math.max(1, lights)}];
+${surrounded ? "uniform sampler2D lower, upper, spheres;\nuniform float around;" : ""}
 uniform float gain;
 uniform bool marks;
 out vec4 color;
@@ -88,6 +89,9 @@ vec3 srgb(vec3 shown) {
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
   ${lights > 0 ? lighting(lights) : NO_LIGHT}
+  ${surrounded ? AROUND : ""}
+  vec3 shown = radiance * gain;
+  vec3 code = srgb(shown);
   // Diagonal stripes as in marks.js: two colours, then two transparent ones.
   int stripe = ((int(gl_FragCoord.x) + 8192 - int(gl_FragCoord.y)) & 7) >> 1;
   float strongest = max(shown.r, max(shown.g, shown.b));
@@ -100,14 +104,17 @@ void main() {
 }`;
 
 /**
- * @typedef {{linked: Linked, lights: number, state: "linking"|"metering"|"ready"|"refused",
- *   drawable: boolean, gain: number, fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
- *   `state`: the shader is being compiled, the exposure is being measured, done, or the driver
- *   rejected the shader. `drawable`: true from the first measurement on. `gain`: of automatic
- *   exposure. `fence`, `pixels`: of the measurement while it runs.
+ * @typedef {{linked: Linked, lights: number, spheres: Spheres|null, state:
+ *   "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number, fence:
+ *   WebGLSync|null, pixels: WebGLBuffer|null}} Material
+ *   `spheres`: null without environments. `state`: the shader is being compiled, the exposure is
+ *   being measured, done, or the driver rejected the shader. `drawable`: true from the first
+ *   measurement on. `gain`: of automatic exposure. `fence`, `pixels`: of the measurement while it
+ *   runs.
  *
- * @typedef {{surface: Surface, lights: PointLight[]}} Look A surface and the lights in its slots.
- *   On the meter's surface these are the scene's lights at each measured angle, angle after angle.
+ * @typedef {{surface: Surface, lights: PointLight[], around: number}} Look A surface, the lights in
+ *   its slots, and the factor of environments. On the meter's surface these are the scene's lights
+ *   at each measured angle, angle after angle.
  *
  * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter Holds one picture for
  *   each measured angle, side by side.
@@ -118,12 +125,14 @@ void main() {
  * @param {WebGL2RenderingContext} gl
  * @param {string} evolved the exported functions
  * @param {number} lights number of lights of the scene
+ * @param {Spheres|null} spheres the material in the environments of the scene
  * @returns {Material}
  */
-export function makeMaterial(gl, evolved, lights) {
+export function makeMaterial(gl, evolved, lights, spheres) {
   return {
-    linked: link(gl, OUTLINED, fragment(evolved, lights)),
+    linked: link(gl, OUTLINED, fragment(evolved, lights, spheres !== null)),
     lights,
+    spheres,
     state: "linking",
     drawable: false,
     gain: 1,
@@ -133,14 +142,19 @@ export function makeMaterial(gl, evolved, lights) {
 }
 
 /**
- * Program that draws pixels without light, the same for all materials.
+ * Programs that draw pixels that no light reaches, the same for all materials: without and with
+ * environments.
  * @param {WebGL2RenderingContext} gl
  */
-export const linkDark = (gl) => linkNow(gl, OUTLINED, fragment("precision highp float;", 0));
+export const linkDark = (gl) =>
+  [false, true].map((surrounded) =>
+    linkNow(gl, OUTLINED, fragment("precision highp float;", 0, surrounded)),
+  );
 
 /** @param {WebGL2RenderingContext} gl @param {Material} of */
 export function dropMaterial(gl, of) {
   deleteProgram(gl, of.linked);
+  if (of.spheres) gl.deleteTexture(of.spheres.texture);
   if (of.fence) gl.deleteSync(of.fence);
   if (of.pixels) gl.deleteBuffer(of.pixels);
 }
@@ -162,14 +176,16 @@ export function makeMeter(gl) {
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} linked
  * @param {Look} look
+ * @param {Spheres|null} spheres
  */
-function bindLook(gl, linked, { surface, lights }) {
-  gl.useProgram(linked.program);
-  [surface.seen, surface.lit].forEach((texture, unit) => {
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.uniform1i(uniformLocation(gl, linked, ["seen", "lit"][unit]), unit);
+function bindLook(gl, linked, { surface, lights, around }, spheres) {
+  const [lower, upper] = surface.places;
+  read(gl, linked, {
+    seen: surface.seen,
+    lit: surface.lit,
+    ...(spheres && { lower, upper, spheres: spheres.texture }),
   });
+  if (spheres) gl.uniform1f(uniformLocation(gl, linked, "around"), around * spheres.unit);
   gl.uniform1i(uniformLocation(gl, linked, "side"), surface.side);
   gl.uniform1i(uniformLocation(gl, linked, "first"), 0);
   if (lights.length > 0)
@@ -184,25 +200,26 @@ function bindLook(gl, linked, { surface, lights }) {
  * known, only these are shaded, and the rest is drawn black.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
- * @param {Linked} dark
+ * @param {Linked[]} dark
  * @param {Look} look
  * @param {{corner: [number, number], gain: number, marks: boolean}} where `corner`: lower left in
  *   pixels; `gain`: of the film; `marks`: true to mark burnt-out and black pixels
  */
-export function drawMaterial(gl, of, dark, { surface, lights }, { corner, gain, marks }) {
+export function drawMaterial(gl, of, dark, look, { corner, gain, marks }) {
+  const { surface } = look;
   const known = surface.parts.cells !== null;
-  /** @param {Linked} linked @param {PointLight[]} by */
-  const ready = (linked, by) => {
-    bindLook(gl, linked, { surface, lights: by });
+  /** @param {Linked} linked @param {PointLight[]} lights */
+  const ready = (linked, lights) => {
+    bindLook(gl, linked, { ...look, lights }, of.spheres);
     gl.uniform2i(uniformLocation(gl, linked, "corner"), ...corner);
     gl.uniform1f(uniformLocation(gl, linked, "gain"), gain);
     gl.uniform1i(uniformLocation(gl, linked, "marks"), marks ? 1 : 0);
   };
-  ready(known ? dark : of.linked, known ? [] : lights);
+  ready(known ? dark[of.spheres ? 1 : 0] : of.linked, known ? [] : look.lights);
   gl.viewport(corner[0], corner[1], surface.side, surface.side);
   drawWithin(gl, surface);
   if (!known) return;
-  ready(of.linked, lights);
+  ready(of.linked, look.lights);
   drawLitCells(gl, surface, corner);
 }
 
@@ -220,7 +237,7 @@ function startMetering(gl, of, meter, look) {
   const together = look.lights.length / METER_ANGLES;
   for (let k = 0; k < METER_ANGLES; k += 1) {
     const lights = look.lights.slice(k * together, (k + 1) * together);
-    bindLook(gl, of.linked, { surface: look.surface, lights });
+    bindLook(gl, of.linked, { ...look, lights }, of.spheres);
     gl.uniform2i(uniformLocation(gl, of.linked, "corner"), k * METER_SIDE, 0);
     gl.uniform1i(uniformLocation(gl, of.linked, "first"), k * together);
     gl.uniform1f(uniformLocation(gl, of.linked, "gain"), METER_GAIN);

@@ -1,11 +1,15 @@
 /**
- * Cache of compiled materials by genome hash. Fetches their code, and compiles a few at a time.
+ * Cache of compiled materials by genome hash. Fetches their code and their lit spheres, and
+ * compiles a few at a time.
  *
  * @import { Individual } from "../model.js"
  * @import { Look, Material, Meter } from "./material.js"
+ * @import { Spheres } from "./spheres.js"
  */
 import { getText, problemOf } from "../api/request.js";
+import { sceneStore } from "../scene/store.js";
 import { METER_ANGLES, advance, dropMaterial, makeMaterial, remeter } from "./material.js";
+import { getSpheres, makeSpheres } from "./spheres.js";
 
 /** Number of materials kept: three broods, so that going back and forth compiles nothing. */
 const KEPT = 64;
@@ -15,11 +19,16 @@ const FETCHES = 2;
 const AGAIN_MS = 5000;
 
 /**
- * @typedef {{source: string|null, within: number, material: Material|null, fetching: boolean,
- *   failed: boolean, hasFailed: boolean, used: number}} Entry `source`: GLSL; `within`: bound on
- *   the texture coordinates for which it was generated; `failed`: the server refused the request or
- *   could not be reached a moment ago; `hasFailed`: no code has come since; `used`: time of the
- *   last use, in calls of `work`.
+ * @typedef {{source: string|null, within: number, file: ArrayBuffer|null, environment: string,
+ *   material: Material|null, fetching: boolean, failed: boolean, hasFailed: boolean, used: number}}
+ *   Entry `source`: GLSL; `within`: bound on the texture coordinates for which it was generated;
+ *   `file`: lit spheres in the environments of the key `environment`; `failed`: the server refused
+ *   the request or could not be reached a moment ago; `hasFailed`: nothing has come since; `used`:
+ *   time of the last use, in calls of `work`.
+ *
+ * @typedef {{meter: Meter, look: Look, within: number, environment: string, together: number}}
+ *   Making `look`: where exposure is measured; `within`: bound on the object's texture coordinates;
+ *   `environment`: key of the environments; `together`: number of shaders compiled at a time
  */
 
 export class MaterialCache {
@@ -50,9 +59,7 @@ export class MaterialCache {
    * Prepares wanted materials in order, few at a time, so that the page stays responsive.
    * @param {WebGL2RenderingContext} gl
    * @param {Individual[]} wanted
-   * @param {{meter: Meter, look: Look, within: number, together: number}} scene `look`: where
-   *   exposure is measured; `within`: bound on the object's texture coordinates; `together`: number
-   *   of shaders compiled at a time
+   * @param {Making} scene
    * @returns {boolean} true if there is more to do
    */
   work(gl, wanted, scene) {
@@ -62,22 +69,31 @@ export class MaterialCache {
     for (const of of wanted) {
       const entry = this.#entry(of.hash);
       entry.used = this.#clock;
-      const outgrown = entry.within < scene.within && !entry.fetching;
-      if (entry.material && (outgrown || entry.material.lights !== lights)) {
-        dropMaterial(gl, entry.material);
-        entry.material = null;
-      }
+      const { fetching } = entry;
+      const outgrown = entry.within < scene.within && !fetching;
+      const elsewhere = entry.environment !== scene.environment && !fetching;
+      if (entry.material && (outgrown || elsewhere || entry.material.lights !== lights))
+        this.#drop(gl, entry);
       if (outgrown) entry.source = null;
+      if (elsewhere) {
+        entry.environment = scene.environment;
+        entry.file = null;
+        // Another environment may not need what was refused.
+        if (entry.hasFailed) entry.failed = entry.hasFailed = false;
+      }
       if (entry.failed || entry.material?.state === "refused" || entry.material?.state === "ready")
         continue;
-      if (entry.source === null) {
-        if (!entry.fetching && this.#fetching < FETCHES) void this.#fetch(of, entry, scene.within);
+      if (entry.source === null || (entry.file === null && scene.environment !== "")) {
+        if (!fetching && this.#fetching < FETCHES) void this.#fetch(of, entry, scene);
         continue;
       }
       if (busy === scene.together) continue;
       busy += 1;
       if (entry.material) advance(gl, entry.material, scene);
-      else entry.material = makeMaterial(gl, entry.source, lights);
+      else {
+        const spheres = entry.file && makeSpheres(gl, entry.file);
+        entry.material = makeMaterial(gl, entry.source, lights, spheres);
+      }
     }
     this.#forget(gl);
     return busy > 0;
@@ -104,6 +120,8 @@ export class MaterialCache {
     const entry = {
       source: null,
       within: 0,
+      file: null,
+      environment: "",
       material: null,
       fetching: false,
       failed: false,
@@ -114,16 +132,29 @@ export class MaterialCache {
     return entry;
   }
 
-  /** @param {Individual} of @param {Entry} entry @param {number} within */
-  async #fetch(of, entry, within) {
+  /** @param {WebGL2RenderingContext} gl @param {Entry} entry */
+  #drop(gl, entry) {
+    if (entry.material) dropMaterial(gl, entry.material);
+    entry.material = null;
+  }
+
+  /** @param {Individual} of @param {Entry} entry @param {Making} scene */
+  async #fetch(of, entry, { within, environment }) {
     entry.fetching = true;
     entry.within = within;
     this.#fetching += 1;
     try {
-      entry.source = await getText(
+      entry.hasFailed = false;
+      entry.source ??= await getText(
         `/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}`,
       );
-      entry.hasFailed = false;
+      const sceneId = sceneStore.scene.peek()?.id;
+      if (environment !== "" && sceneId) {
+        entry.file = await getSpheres(of.id, sceneId);
+        // Anisotropic and textured materials have none: the server's pictures stay.
+        entry.failed = entry.file.byteLength === 0;
+        entry.hasFailed = entry.failed;
+      }
     } catch (error) {
       // The server's picture stays, as without a GPU.
       entry.failed = true;
@@ -149,7 +180,7 @@ export class MaterialCache {
     );
     old.sort(([, a], [, b]) => a.used - b.used);
     for (const [hash, entry] of old.slice(0, this.#entries.size - KEPT)) {
-      if (entry.material) dropMaterial(gl, entry.material);
+      this.#drop(gl, entry);
       this.#entries.delete(hash);
     }
   }

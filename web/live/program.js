@@ -89,6 +89,21 @@ export function uniformLocation(gl, linked, name) {
 }
 
 /**
+ * Binds textures by their names in a shader.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {Record<string, WebGLTexture>} textures
+ */
+export function read(gl, pen, textures) {
+  gl.useProgram(pen.program);
+  Object.entries(textures).forEach(([name, held], unit) => {
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, held);
+    gl.uniform1i(uniformLocation(gl, pen, name), unit);
+  });
+}
+
+/**
  * Compiles and links, waiting for the result; throws if that fails.
  * @param {WebGL2RenderingContext} gl
  * @param {string} vertex

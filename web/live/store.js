@@ -9,6 +9,7 @@ import { computed, signal } from "../vendor/signals-core.js";
 import { loadSetting } from "../page/memory.js";
 import { sceneStore } from "../scene/store.js";
 import { isDrawable } from "./camera.js";
+import { environmentKey, isTurning } from "./spheres.js";
 
 /** Default speed of the light, degrees a second. */
 const SPEED = 40;
@@ -39,10 +40,28 @@ class LiveStore {
    */
   drawnLight = signal(null);
 
-  /** True if the scene is one that can be drawn live. @type {Signal<boolean>} */
-  sceneDrawable = computed(
-    () => sceneStore.editedScene.value === null || isDrawable(sceneStore.editedScene.value),
-  );
+  /** True if any light circles. @type {Signal<boolean>} */
+  lightCircles = computed(() => {
+    const lights = sceneStore.editedScene.value?.lights ?? [];
+    return lights.some(({ kind, fixed }) => kind !== "environment" || !fixed);
+  });
+
+  /**
+   * Identity of the environments that the server has confirmed; empty if there are none.
+   * @type {Signal<string>}
+   */
+  environment = computed(() => (sceneStore.scene.value ? environmentKey(sceneStore.scene.value) : ""));
+
+  /**
+   * True if the scene is one that can be drawn live. Environments can be while they rest.
+   * @type {Signal<boolean>}
+   */
+  sceneDrawable = computed(() => {
+    const scene = sceneStore.editedScene.value;
+    if (scene === null) return true;
+    const rests = !(this.lightMoving.value && isTurning(scene));
+    return isDrawable(scene) && rests && environmentKey(scene) === this.environment.value;
+  });
 }
 
 export const liveStore = new LiveStore();

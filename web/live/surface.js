@@ -20,7 +20,8 @@
  */
 import { dropLitCells, makeLitCells, resetLitCells } from "./lit_cells.js";
 import { SIDES, outline, triangles } from "./outline.js";
-import { EVERYWHERE, OUTLINED, linkNow, uniformLocation } from "./program.js";
+import { EVERYWHERE, OUTLINED, linkNow, read, uniformLocation } from "./program.js";
+import { PLACES } from "./spheres.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -175,16 +176,19 @@ const MASK_SAMPLES = 4;
  *   WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, parts: LitCells, layers:
  *   WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture, lit:
  *   WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer:
- *   WebGLFramebuffer, foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, many:
- *   WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface `side`:
- *   of its pictures in pixels. `slots`: largest number of lights, whose pictures in `lit` are
- *   stacked. `whole`: false if there was not enough memory. `within`: a polygon around the object,
- *   outside of which nothing is shaded. `parts`: cells that lights may reach. `found`: position,
- *   normal and tangent of the shading points. `many`: the multisampled framebuffer of the mask.
+ *   WebGLFramebuffer, foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer,
+ *   places: WebGLTexture[], placesFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask:
+ *   WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
+ *   `side`: of its pictures in pixels. `slots`: largest number of lights, whose pictures in `lit`
+ *   are stacked. `whole`: false if there was not enough memory. `within`: a polygon around the
+ *   object, outside of which nothing is shaded. `parts`: cells that lights may reach. `found`:
+ *   position, normal and tangent of the shading points. `places`: of their normals on lit spheres.
+ *   `many`: the multisampled framebuffer of the mask.
  *
  * @typedef {{geometry: Geometry, tangents: "vertex"|"triangle"}} Mesh `tangents`: as in scenes
  *
- * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked}} SurfacePrograms
+ * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked, places: Linked}}
+ *   SurfacePrograms
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {SurfacePrograms} */
@@ -193,6 +197,7 @@ export const linkSurfacePrograms = (gl) => ({
   mask: linkNow(gl, VERTEX, MASK),
   found: linkNow(gl, EVERYWHERE, FOUND),
   lit: linkNow(gl, OUTLINED, LIT),
+  places: linkNow(gl, OUTLINED, PLACES),
 });
 
 /**
@@ -268,10 +273,12 @@ export function makeSurface(gl, side, slots) {
   gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
   gl.bindVertexArray(null);
   const found = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
+  const places = [0, 1].map(() => texture(gl, gl.RGBA32F, side));
   const maskFramebuffer = drawsInto(gl, mask);
   const foundFramebuffer = drawsInto(gl, seen, ...found);
   const litFramebuffer = drawsInto(gl, lit);
-  const whole = [framebuffer, many, maskFramebuffer, foundFramebuffer, litFramebuffer].every(
+  const placesFramebuffer = drawsInto(gl, ...places);
+  const whole = [framebuffer, many, maskFramebuffer, foundFramebuffer, litFramebuffer, placesFramebuffer].every(
     (made) => {
       gl.bindFramebuffer(gl.FRAMEBUFFER, made);
       return gl.checkFramebufferStatus(gl.FRAMEBUFFER) === gl.FRAMEBUFFER_COMPLETE;
@@ -289,11 +296,13 @@ export function makeSurface(gl, side, slots) {
     found,
     seen,
     lit,
+    places,
     framebuffer,
     depth,
     maskFramebuffer,
     foundFramebuffer,
     litFramebuffer,
+    placesFramebuffer,
     many,
     manyMask,
     manyDepth,
@@ -302,12 +311,14 @@ export function makeSurface(gl, side, slots) {
 
 /** @param {WebGL2RenderingContext} gl @param {Surface} of */
 export function dropSurface(gl, of) {
-  for (const made of [...of.layers, ...of.found, of.mask, of.seen, of.lit]) gl.deleteTexture(made);
+  for (const made of [...of.layers, ...of.found, of.mask, of.seen, of.lit, ...of.places])
+    gl.deleteTexture(made);
   for (const made of [
     of.framebuffer,
     of.maskFramebuffer,
     of.foundFramebuffer,
     of.litFramebuffer,
+    of.placesFramebuffer,
     of.many,
   ])
     gl.deleteFramebuffer(made);
@@ -395,21 +406,6 @@ export function drawSurface(gl, pens, into, mesh, view) {
 }
 
 /**
- * Binds textures by their names in a shader.
- * @param {WebGL2RenderingContext} gl
- * @param {Linked} pen
- * @param {Record<string, WebGLTexture>} textures
- */
-function read(gl, pen, textures) {
-  gl.useProgram(pen.program);
-  Object.entries(textures).forEach(([name, held], unit) => {
-    gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, held);
-    gl.uniform1i(uniformLocation(gl, pen, name), unit);
-  });
-}
-
-/**
  * Draws the light on the surface, one slot for each light.
  * @param {WebGL2RenderingContext} gl
  * @param {SurfacePrograms} pens
@@ -425,6 +421,27 @@ export function lightSurface(gl, pens, into, lights) {
     gl.uniform3fv(uniformLocation(gl, pens.lit, "light"), light.place);
     drawWithin(gl, into);
   });
+  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+}
+
+/**
+ * Draws the places of a surface's normals on the spheres.
+ * @param {WebGL2RenderingContext} gl
+ * @param {SurfacePrograms} pens
+ * @param {Surface} into
+ * @param {View} view
+ */
+export function drawPlaces(gl, pens, into, view) {
+  const pen = pens.places;
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.placesFramebuffer);
+  gl.viewport(0, 0, into.side, into.side);
+  read(gl, pen, { point: into.found[0], normal: into.found[1] });
+  for (const name of /** @type {const} */ (["eye", "right", "up", "forward"]))
+    gl.uniform3fv(uniformLocation(gl, pen, name), view[name]);
+  gl.uniform1f(uniformLocation(gl, pen, "lens"), view.half);
+  gl.uniform1i(uniformLocation(gl, pen, "parallel"), view.parallel ? 1 : 0);
+  gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
+  drawWithin(gl, into);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
 }
 

@@ -15,6 +15,7 @@ import { clearProblems, guarded, showProblem } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
 import { extentOf } from "./extents.js";
 import { LIGHT_KINDS } from "./light_kind.js";
+import { SKY_SAMPLES, environment, lampOf, withEnvironment, withLamp } from "./lights.js";
 import { sceneStore } from "./store.js";
 import { stopUpload, uploadFile } from "./upload.js";
 
@@ -184,43 +185,42 @@ export function resetView() {
     void changeScene("stage", () => ({ rotation_deg: [0, 0, 0], scale: 1, light_deg: 0 }));
 }
 
-/** Kinds of light that need a file. */
+/** Requests that store the files of lights. */
 const FILES = { ies: api.createProfile, environment: api.createEnvironment };
 /**
- * Samples of light from all around: fewer than the server's default, so that a brood is rendered in
- * seconds.
- */
-const SKY_SAMPLES = 16;
-
-/**
- * Replaces the first light. Keeps its position, and takes the default strength of the new kind.
+ * Replaces the lamp. Keeps its position, and takes the default strength of the new kind.
  * @param {import("../model.js").LightKind} kind
  * @param {Partial<Light>} [more]
  */
-const setLight = (kind, more) =>
-  changeScene("light", ({ lights: [first, ...others] = [] }) => {
+const setLamp = (kind, more) =>
+  changeScene("light", (scene) => {
+    const lamp = lampOf(scene);
     const { isPlaced } = LIGHT_KINDS[kind];
-    const position = isPlaced && first?.position ? { position: first.position } : {};
-    return { lights: [{ kind, ...position, ...more }, ...others] };
+    const position = isPlaced && lamp?.position ? { position: lamp.position } : {};
+    return withLamp(scene, { kind, ...position, ...more });
   });
 
-/** @param {import("../model.js").LightKind} kind one that needs no file */
-export function chooseLight(kind) {
+/** @param {import("../model.js").LightKind|null} kind one that needs no file; null for no lamp */
+export function chooseLamp(kind) {
   stopUpload("light");
-  return setLight(kind, kind === "ambient" ? { samples: SKY_SAMPLES } : {});
+  if (kind === null) return changeScene("light", (scene) => withLamp(scene, null));
+  return setLamp(kind, kind === "ambient" ? { samples: SKY_SAMPLES } : {});
 }
 
 /**
- * Lights the object with a built-in environment instead of the first light.
- * @param {string} image its name in scenes
+ * Surrounds the object with a built-in environment.
+ * @param {string|null} image its name in scenes; null for none
  */
 export function chooseEnvironment(image) {
   stopUpload("light");
-  return setLight("environment", { image, samples: SKY_SAMPLES });
+  return changeScene("light", (scene) =>
+    withEnvironment(scene, image === null ? null : environment(image)),
+  );
 }
 
 /**
- * Uploads an IES profile or an environment picture, and lights the object with it.
+ * Uploads an IES profile for the lamp or the picture of an environment, and lights the object with
+ * it.
  * @param {"ies"|"environment"} kind
  * @param {File} file
  */
@@ -232,7 +232,8 @@ export function lightByFile(kind, file) {
     const stored = await uploadFile("light", file, FILES[kind]);
     if (!stored || lineageStore.lineage.value?.id !== of) return;
     const { id } = stored;
-    await setLight(kind, kind === "ies" ? { profile: id } : { image: id, samples: SKY_SAMPLES });
+    if (kind === "ies") await setLamp(kind, { profile: id });
+    else await changeScene("light", (scene) => withEnvironment(scene, environment(id)));
   });
 }
 

@@ -1,9 +1,9 @@
 /**
- * The controls of the scene's first light: changes while they are dragged, and their commit to the
- * server.
+ * The controls of the lamp and of the environment: changes while they are dragged, and their
+ * commit to the server.
  *
  * @import { LightSetting } from "./light_color.js"
- * @import { Scene } from "../model.js"
+ * @import { Light } from "../model.js"
  */
 import { effect, untracked } from "../vendor/signals-core.js";
 import { lineageStore } from "../lineage/store.js";
@@ -12,36 +12,50 @@ import { pageStore } from "../page/store.js";
 import { changeScene } from "./edit.js";
 import { extentOf } from "./extents.js";
 import { NEUTRAL, intensityOf, strengthField } from "./light_color.js";
+import { environmentOf, lampOf, withEnvironment, withLamp } from "./lights.js";
 import { sceneStore } from "./store.js";
 
 /**
- * Changes the light while a control is dragged; live frames follow.
+ * Changes the lamp while a control is dragged; live frames follow.
  * @param {Partial<LightSetting>} change
  */
 export function dragLight(change) {
   const scene = sceneStore.editedScene.value;
+  const lamp = lampOf(scene);
   const neutral = sceneStore.neutralLight.value;
-  if (!scene?.lights || neutral === null) return;
+  if (!scene || !lamp || neutral === null) return;
   const wanted = { ...(sceneStore.lightSetting.value ?? NEUTRAL), ...change };
-  const [first, ...others] = scene.lights;
-  const field = strengthField(first);
+  const field = strengthField(lamp);
   if (!field) return;
   sceneStore.draggedLight.value = wanted;
-  sceneStore.draggedScene.value = {
-    lights: [{ ...first, [field]: intensityOf(wanted, neutral) }, ...others],
-  };
+  sceneStore.draggedScene.value = withLamp(scene, {
+    ...lamp,
+    [field]: intensityOf(wanted, neutral),
+  });
 }
 
 /**
- * Changes the shape of the first light while a control is dragged.
- * @param {Partial<import("../model.js").Light>} change
+ * Changes the shape of the lamp while a control is dragged.
+ * @param {Partial<Light>} change
  */
 export function dragShape(change) {
-  const [first, ...others] = sceneStore.editedScene.value?.lights ?? [];
-  if (first) sceneStore.draggedScene.value = { lights: [{ ...first, ...change }, ...others] };
+  const scene = sceneStore.editedScene.value;
+  const lamp = lampOf(scene);
+  if (scene && lamp) sceneStore.draggedScene.value = withLamp(scene, { ...lamp, ...change });
 }
 
-/** Commits the dragged light to the scene. */
+/**
+ * Changes the environment while a control is dragged.
+ * @param {Partial<Light>} change
+ */
+export function dragEnvironment(change) {
+  const scene = sceneStore.editedScene.value;
+  const present = environmentOf(scene);
+  if (scene && present)
+    sceneStore.draggedScene.value = withEnvironment(scene, { ...present, ...change });
+}
+
+/** Commits the dragged lights to the scene. */
 export function commitLight() {
   const left = sceneStore.draggedScene.value;
   if (!left) return;

@@ -9,6 +9,7 @@
  */
 import { computed, signal } from "../vendor/signals-core.js";
 import { NEUTRAL, neutralStrength, settingOf, strengthField } from "./light_color.js";
+import { lampOf } from "./lights.js";
 
 class SceneStore {
   /** The scene that the server has confirmed. @type {Signal<Scene|null>} */
@@ -44,12 +45,12 @@ class SceneStore {
   );
 
   /**
-   * Strength of the first light at 0 EV; null where unknown or not adjustable.
+   * Strength of the lamp at 0 EV; null where unknown or not adjustable.
    * @type {Signal<number|null>}
    */
   neutralLight = computed(() => {
     const scene = this.editedScene.value;
-    const light = scene?.lights?.[0];
+    const light = lampOf(scene);
     const extent = scene && this.extents.value.get(scene.mesh);
     return light && extent && strengthField(light) ? neutralStrength(light, extent) : null;
   });
@@ -64,7 +65,7 @@ class SceneStore {
   lightSetting = computed(() => {
     if (this.draggedLight.value) return this.draggedLight.value;
     const neutral = this.neutralLight.value;
-    const light = this.editedScene.value?.lights?.[0];
+    const light = lampOf(this.editedScene.value);
     const field = light && strengthField(light);
     return neutral === null || !field ? NEUTRAL : settingOf(light[field], neutral);
   });

@@ -8,16 +8,19 @@ import { individualSeenIn } from "../compare/ab.js";
 import { commitAngle, dragAngle, restAngle, setLightMoving } from "../live/light_circle.js";
 import { isServerDrawn } from "../live/loop.js";
 import { liveStore } from "../live/store.js";
-import { chooseEnvironment, chooseLight, lightByFile, setShadows } from "../scene/edit.js";
+import { chooseLamp, lightByFile, setShadows } from "../scene/edit.js";
 import { NEUTRAL } from "../scene/light_color.js";
 import { commitLight, dragLight, dragShape } from "../scene/light_controls.js";
-import { ENVIRONMENTS, LIGHT_KINDS } from "../scene/light_kind.js";
+import { LIGHT_KINDS } from "../scene/light_kind.js";
 import { shapeControls } from "../scene/light_shape.js";
+import { lampOf, othersOf } from "../scene/lights.js";
 import { sceneStore } from "../scene/store.js";
 import { stopUpload } from "../scene/upload.js";
 import { Colour, Slider, Switch } from "./control.js";
+import { EnvironmentKnobs } from "./environment.js";
 import { html } from "./html.js";
 import { ProblemBox } from "./problem.js";
+import { LightFile } from "./light_file.js";
 import { UploadProgress } from "./upload.js";
 
 /** Range of the intensity in stops; a scene may exceed it. */
@@ -80,84 +83,64 @@ export function LightDot() {
 function Circle() {
   const on = liveStore.lightMoving.value;
   const rest = restAngle();
+  const circles = liveStore.lightCircles.value;
   return html`
     ${liveStore.supported.value === false
       ? html`<p class="small">Live preview is not available: WebGL 2 is missing or its pixels cannot be read. The light cannot circle.</p>`
       : html`
         <div class="row">
-          <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${liveStore.supported.value === null} onClick=${() => setLightMoving(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
+          <button type="button" data-testid="light-moves" aria-pressed=${on} disabled=${liveStore.supported.value === null || !circles} onClick=${() => setLightMoving(!on)}>${on ? "Pause the light" : "Let the light circle"}</button>
         </div>
       `}
-    <${Slider} id="light" name="Angle" title="Rotates the lights about the vertical axis" value=${rest} min=${0} max=${359} step=${1} shown=${on ? "moving" : `${Math.round(rest)}°`} dim=${on} disabled=${!sceneStore.scene.value}
+    <${Slider} id="light" name="Angle" title="Rotates the lights about the vertical axis" value=${rest} min=${0} max=${359} step=${1} shown=${on ? "moving" : `${Math.round(rest)}°`} dim=${on} disabled=${!circles}
       onInput=${dragAngle} onCommit=${commitAngle} />
     ${liveStore.supported.value !== false && html`
       <${Slider} id="light-speed" name="Speed" value=${liveStore.lightSpeed.value} min=${5} max=${180} step=${5} shown=${`${liveStore.lightSpeed.value}°/s`}
         onInput=${(/** @type {number} */ to) => (liveStore.lightSpeed.value = to)} />
     `}
-    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs point lights, curved normals, no shadows and no tone curve. Showing server renders.</p>`}
+    ${sceneStore.scene.value && !circles && html`<p class="small">The environment stays in place; a lamp would circle.</p>`}
+    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs a point light or an environment, curved normals, no shadows and no tone curve. Showing server renders.</p>`}
   `;
 }
 
-/** Kinds of light that need no file. */
+/** Kinds of lamps that need no file. */
 const KINDS = /** @type {import("../model.js").LightKind[]} */ (Object.keys(LIGHT_KINDS)).filter((kind) => !LIGHT_KINDS[kind].accept);
-/** Kinds of light that need a file. @type {("ies"|"environment")[]} */
-const FROM_FILES = ["ies", "environment"];
-
-/** @param {"ies"|"environment"} kind @param {Event} event */
-function readFile(kind, event) {
-  const input = /** @type {HTMLInputElement} */ (event.target);
-  const [file] = input.files ?? [];
-  if (file) void lightByFile(kind, file);
-  input.value = "";
-}
-
-/** Start of the values of built-in environments in the list of kinds. */
-const BUILT_IN = "environment ";
+/** Value of the list of lamps without a lamp. */
+const NONE = "none";
 
 /** @param {Event} event */
 function choose(event) {
   const { value } = /** @type {HTMLSelectElement} */ (event.target);
-  if (value.startsWith(BUILT_IN)) void chooseEnvironment(value.slice(BUILT_IN.length));
-  else void chooseLight(/** @type {import("../model.js").LightKind} */ (value));
+  void chooseLamp(value === NONE ? null : /** @type {import("../model.js").LightKind} */ (value));
 }
 
-/** Kind of light, and shadows. */
+/** Kind of lamp, and shadows. */
 function Kind() {
   const scene = sceneStore.editedScene.value;
-  const first = scene?.lights?.[0];
-  const kind = first?.kind ?? "point";
-  const environment = kind === "environment" && Object.hasOwn(ENVIRONMENTS, first?.image ?? "") ? first?.image : null;
-  const others = (scene?.lights?.length ?? 1) - 1;
+  const lamp = lampOf(scene);
+  const kind = lamp ? (lamp.kind ?? "point") : NONE;
+  const others = othersOf(scene);
   return html`
     <div class="row">
-      <select data-testid="light-kind" aria-label="Kind of light" disabled=${!scene} onChange=${choose}>
-        <optgroup label="Lamps">
-          ${KINDS.map((one) => html`<option key=${one} value=${one} selected=${one === kind}>${LIGHT_KINDS[one].name}</option>`)}
-        </optgroup>
-        <optgroup label="Environments">
-          ${Object.entries(ENVIRONMENTS).map(([image, name]) => html`<option key=${image} value=${BUILT_IN + image} selected=${image === environment}>${name}</option>`)}
-        </optgroup>
-        ${LIGHT_KINDS[kind].accept && environment === null && html`<option value=${kind} selected>${LIGHT_KINDS[kind].name}</option>`}
+      <label for="light-kind">Lamp</label>
+      <select id="light-kind" data-testid="light-kind" disabled=${!scene} onChange=${choose}>
+        <option value=${NONE} selected=${!lamp}>none</option>
+        ${KINDS.map((one) => html`<option key=${one} value=${one} selected=${one === kind}>${LIGHT_KINDS[one].name}</option>`)}
+        ${kind === "ies" && html`<option value="ies" selected>${LIGHT_KINDS.ies.name}</option>`}
       </select>
-      <${Switch} id="shadows" name="shadows" on=${scene?.shadows ?? false} onInput=${setShadows} title="Objects cast shadows" />
     </div>
     <div class="row">
-      ${FROM_FILES.map((one) => html`
-        <label key=${one} class="button">
-          <input type="file" accept=${LIGHT_KINDS[one].accept} data-testid=${`light-${one}`} aria-label=${LIGHT_KINDS[one].name} disabled=${!scene} onChange=${(/** @type {Event} */ event) => readFile(one, event)} />
-          <span>${LIGHT_KINDS[one].name}…</span>
-        </label>
-      `)}
+      <${LightFile} kind="ies" disabled=${!scene} />
+      <${Switch} id="shadows" name="shadows" on=${scene?.shadows ?? false} onInput=${setShadows} title="Objects cast shadows" />
     </div>
-    <${UploadProgress} id="light-sending" now=${sceneStore.uploads.value.get("light")} stop=${() => stopUpload("light")} />
     ${others > 0 && html`<p class="small">${others} more ${others === 1 ? "light stays" : "lights stay"} as the scene has ${others === 1 ? "it" : "them"}.</p>`}
   `;
 }
 
-/** Size, cone and softness of the light. */
+/** Size, cone and softness of the lamp. */
 function Shape() {
   const scene = sceneStore.editedScene.value;
-  const light = scene?.lights?.[0];
+  const light = lampOf(scene);
   const extent = scene && sceneStore.extents.value.get(scene.mesh);
   if (!light || !extent) return null;
   return shapeControls(light, extent).map(({ change, ...control }) => html`
@@ -193,6 +176,8 @@ export function LightKnobs() {
   return html`
     <section aria-labelledby="light-title">
       <h2 id="light-title">Light</h2>
+      <${EnvironmentKnobs} />
+      <${UploadProgress} id="light-sending" now=${sceneStore.uploads.value.get("light")} stop=${() => stopUpload("light")} />
       <${Kind} /><${Shape} /><${Circle} /><${Lamp} />
     </section>
   `;

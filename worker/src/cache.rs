@@ -5,7 +5,7 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use brood_eval::GatheredLight;
+use brood_eval::{GatheredLight, shade_prefiltered};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
@@ -156,6 +156,12 @@ impl<'a> SceneView<'a> {
         }
         hasher.finalize()
     }
+
+    fn spheres_key(&self, side: u32) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.key.as_bytes()).update(b"lit spheres").update(&side.to_le_bytes());
+        hasher.finalize()
+    }
 }
 
 /// Caches of one renderer.
@@ -207,16 +213,19 @@ impl Caches {
     pub(crate) fn prefiltered(&self, view: &SceneView<'_>, raster: Raster) -> Arc<PrefilteredSet> {
         self.set_of(view, raster, || {
             let (set, light) = view.render_prefiltered(raster);
-            let gathered_bytes = GatheredLight::bytes_for(&light);
-            let (light, gathered, kept) = if gathered_bytes <= GATHERED_BYTES_MAX {
-                let gathered = GatheredLight::new(&light);
-                (light.without_environments(), Some(gathered), gathered_bytes)
-            } else {
-                (light, None, 0)
-            };
-            let bytes = bytes_of_set(&set) + light.bytes() + kept;
-            (PrefilteredSet { set, light, gathered }, bytes)
+            let (light, bytes) = LightOnPoints::new(light);
+            let bytes = bytes_of_set(&set) + bytes;
+            (PrefilteredSet { set, light }, bytes)
         })
+    }
+
+    /// Returns the environments of a view on its lit spheres, of `side` texels.
+    pub(crate) fn lit_spheres(&self, view: &SceneView<'_>, side: u32) -> Arc<LightOnPoints> {
+        let make = || {
+            let (scene, mesh, assets) = (view.scene, view.mesh, view.assets);
+            LightOnPoints::new(PrefilteredLight::on_spheres(scene, mesh, assets, side))
+        };
+        self.timed_set(view.spheres_key(side), make)
     }
 
     /// Returns what `make` makes of a raster, from the cache if possible. `make` also returns its
@@ -227,6 +236,14 @@ impl Caches {
         raster: Raster,
         make: impl FnOnce() -> (T, usize),
     ) -> Arc<T> {
+        self.timed_set(view.set_key(raster), make)
+    }
+
+    fn timed_set<T: Send + Sync + 'static>(
+        &self,
+        key: blake3::Hash,
+        make: impl FnOnce() -> (T, usize),
+    ) -> Arc<T> {
         let mut made = false;
         let set = self.counters.timed(
             || {
@@ -235,8 +252,9 @@ impl Caches {
                     let (set, bytes) = make();
                     Ok::<_, Infallible>((Arc::new(set), bytes))
                 };
-                let key = *view.set_key(raster).as_bytes();
-                self.entries.get_or_make(key, make).unwrap_or_else(|error| match *error {})
+                self.entries
+                    .get_or_make(*key.as_bytes(), make)
+                    .unwrap_or_else(|error| match *error {})
             },
             |sets_us| RenderStats { sets_us, ..RenderStats::default() },
         );
@@ -299,10 +317,35 @@ impl Caches {
 /// Sample set of the lights that are sampled, and the light that is not.
 pub(crate) struct PrefilteredSet {
     pub(crate) set: SampleSet,
+    pub(crate) light: LightOnPoints,
+}
+
+/// Prefiltered light, gathered unless that takes too much memory.
+pub(crate) struct LightOnPoints {
     /// Without its environments if the light is gathered.
-    pub(crate) light: PrefilteredLight,
+    light: PrefilteredLight,
     /// `None` for large pictures, which gather the light again for every batch.
-    pub(crate) gathered: Option<GatheredLight>,
+    gathered: Option<GatheredLight>,
+}
+
+impl LightOnPoints {
+    /// Gathers the light; also returns the size in bytes.
+    fn new(light: PrefilteredLight) -> (Self, usize) {
+        let bytes = GatheredLight::bytes_for(&light);
+        let (light, gathered, kept) = if bytes <= GATHERED_BYTES_MAX {
+            let gathered = GatheredLight::new(&light);
+            (light.without_environments(), Some(gathered), bytes)
+        } else {
+            (light, None, 0)
+        };
+        let bytes = light.bytes() + kept;
+        (Self { light, gathered }, bytes)
+    }
+
+    /// Returns the radiance of each pixel times coverage, for each table.
+    pub(crate) fn shade(&self, tables: &[&LobeTable], pixels: usize) -> Vec<Vec<[f32; 3]>> {
+        shade_prefiltered(tables, &self.light, self.gathered.as_ref(), pixels)
+    }
 }
 
 fn table_key(class: u8, program: &Program) -> [u8; 32] {

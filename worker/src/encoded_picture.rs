@@ -1,12 +1,17 @@
 //! Picture as a file, with the cost of shading it.
 
-use brood_eval::{Developed, RadianceImage, encode_exr, encode_png};
+use brood_eval::{Developed, LitSpheres, RadianceImage, encode_exr, encode_png};
 use brood_inspect::Picture;
 use brood_program::Program;
 use brood_protocol::{PictureFormat, PictureKey, RenderedPicture};
+use brood_scene::LobeNodes;
 
 use crate::error::RenderError;
 use crate::evaluated_picture::EvaluatedPicture;
+
+fn no_spheres() -> RenderError {
+    RenderError::Encode("lit spheres need a program".to_owned())
+}
 
 /// Encoded picture.
 pub(crate) struct EncodedPicture {
@@ -29,6 +34,7 @@ impl EncodedPicture {
         let encoded = match format {
             PictureFormat::Png => Self::png(&picture.develop()?),
             PictureFormat::Exr => Self::exr(&picture.radiance()?)?,
+            PictureFormat::Spheres => return Err(no_spheres()),
         };
         let samples = picture.samples;
         Ok(Self { samples, operations: samples * program.operations() as u64, ..encoded })
@@ -42,6 +48,7 @@ impl EncodedPicture {
         let encoded = match format {
             PictureFormat::Png => Self::png(&picture.developed),
             PictureFormat::Exr => Self::exr(&picture.radiance)?,
+            PictureFormat::Spheres => return Err(no_spheres()),
         };
         Ok(Self { samples: picture.samples as u64, ..encoded })
     }
@@ -51,6 +58,13 @@ impl EncodedPicture {
         let Developed { width, height, rgba, exposure_ev } = developed;
         let bytes = encode_png(*width, *height, rgba);
         Self { bytes, exposure_ev: *exposure_ev, samples: 0, operations: 0 }
+    }
+
+    /// Encodes the radiance of a program on its lit spheres.
+    pub(crate) fn spheres(side: u32, radiance: &[[f32; 3]], program: &Program) -> Self {
+        let samples = LobeNodes::get().set().len() as u64;
+        let operations = samples * program.operations() as u64;
+        Self { bytes: LitSpheres::encode(side, radiance), exposure_ev: 0.0, samples, operations }
     }
 
     fn exr(radiance: &RadianceImage) -> Result<Self, RenderError> {

@@ -3,12 +3,16 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use brood_eval::{Developed, Gain, is_prefilterable, lobe_tables, shade, shade_prefiltered};
+use brood_eval::{Developed, Gain, is_prefilterable, lobe_tables, shade};
 use brood_light::LightAssets;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
-use brood_protocol::{Backend, BackendReport, Frame, RenderStats, RenderedPicture, WorkerReport};
-use brood_scene::{Exposure, Film, LobeNodes, LobeTable, PixelArea, SampleSet, Sampling};
+use brood_protocol::{
+    Backend, BackendReport, Frame, PictureFormat, RenderStats, RenderedPicture, WorkerReport,
+};
+use brood_scene::{
+    Exposure, Film, LobeNodes, LobeTable, PixelArea, SPHERES_ACROSS, SampleSet, Sampling,
+};
 use rayon::prelude::*;
 
 use crate::bounded_cache::BoundedCache;
@@ -179,9 +183,40 @@ impl Renderer {
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<EncodedPicture>, RenderError> {
+        if frame.format == PictureFormat::Spheres {
+            return self.lit_spheres(frame, mesh, programs);
+        }
         self.images(frame, mesh, programs, |program, picture| {
             EncodedPicture::of(frame.format, program, picture)
         })
+    }
+
+    /// Computes the lit spheres of programs in the environments of a frame.
+    fn lit_spheres(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        programs: &[&Program],
+    ) -> Result<Vec<EncodedPicture>, RenderError> {
+        let scene = frame.scene()?;
+        scene.validate()?;
+        let side = frame.size_px.width / SPHERES_ACROSS;
+        if !scene.is_prefilterable() || !programs.iter().all(|program| is_prefilterable(program)) {
+            let words = "lit spheres need an environment and isotropic homogeneous programs";
+            return Err(RenderError::Missing(words.to_owned()));
+        }
+        let assets = self.loaded_assets();
+        let texels = frame.size_px.pixels() as usize;
+        let made = self.caches.lit_spheres(&SceneView::new(&scene, mesh, &assets), side);
+        let tables = self.lobe_tables(frame.backend, programs)?;
+        let tables: Vec<&LobeTable> = tables.iter().map(|table| &**table).collect();
+        let radiance = self.caches.counters.timed(
+            || made.shade(&tables, texels),
+            |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
+        );
+        let of_program = radiance.iter().zip(programs);
+        let encoded = of_program.map(|(own, program)| EncodedPicture::spheres(side, own, program));
+        Ok(encoded.collect())
     }
 
     /// Renders and develops the pictures of all programs, in their order. Ignores the frame's
@@ -323,7 +358,7 @@ impl Renderer {
             let tables = self.lobe_tables(frame.backend, programs)?;
             let tables: Vec<&LobeTable> = tables.iter().map(|table| &**table).collect();
             let started = Instant::now();
-            let radiance = shade_prefiltered(&tables, &made.light, made.gathered.as_ref(), pixels);
+            let radiance = made.light.shade(&tables, pixels);
             self.caches.counters.add(RenderStats {
                 evaluation_us: micros(started.elapsed()),
                 ..RenderStats::default()

@@ -134,9 +134,9 @@ fn run_brdf(
     };
     let picture = shot.take(brdf);
     let developed = &picture.developed;
-    let bytes = match format {
-        PictureFormat::Exr => encode_exr(&picture.radiance)?,
-        PictureFormat::Png => encode_png(developed.width, developed.height, &developed.rgba),
+    let bytes = match format == PictureFormat::Exr {
+        true => encode_exr(&picture.radiance)?,
+        false => encode_png(developed.width, developed.height, &developed.rgba),
     };
     output::write_file(&args.output, &bytes)?;
     let milliseconds = start.elapsed().as_secs_f64() * 1e3;

@@ -31,6 +31,7 @@ mod fitness;
 mod lanes;
 mod layer;
 mod level;
+mod lit_spheres;
 mod model;
 mod picture;
 mod prefiltered;
@@ -56,6 +57,7 @@ pub use fitness::{
     Screening, Selected, TargetError, select_best,
 };
 pub use level::{Level, SimdKernel};
+pub use lit_spheres::LitSpheres;
 pub use model::{model_error, model_reflectance};
 pub use picture::{
     EnvironmentFileError, LinearPicture, LinearPictureError, PictureError, SheetCell, centre_px,

@@ -68,6 +68,8 @@ brood_brdf::named_enum! {
         Png => "png",
         /// OpenEXR: linear radiance, 32-bit float.
         Exr => "exr",
+        /// Lit spheres of a material in environments (see `brood_eval::LitSpheres`).
+        Spheres => "spheres",
     }
 }
 

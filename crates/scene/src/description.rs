@@ -40,8 +40,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Exposure and tone curve.
     pub film: Film,
-    /// Position on the light orbit, in degrees: all lights are rotated by this angle about the
-    /// vertical axis through the centre of the mesh, from +z towards +x.
+    /// Position on the light orbit, in degrees: all lights but fixed environments are rotated by
+    /// this angle about the vertical axis through the centre of the mesh, from +z towards +x.
     pub light_deg: f64,
     // Picture keys hash the JSON, so fields added later are written only if they differ from their
     // default.
@@ -118,6 +118,19 @@ impl Scene {
         let mut scene = self.clone();
         scene.lights.retain(|light| !matches!(light, Light::Environment(_)));
         scene
+    }
+
+    /// Returns what lit spheres depend on (see [`crate::PrefilteredLight::on_spheres`]): camera and
+    /// environments. All else has its default.
+    #[must_use]
+    pub fn for_spheres(&self) -> Self {
+        let mut lights = self.lights.clone();
+        lights.retain(|light| matches!(light, Light::Environment(_)));
+        let turns =
+            lights.iter().any(|light| !matches!(light, Light::Environment(own) if own.fixed));
+        let light_deg = if turns { self.light_deg } else { 0.0 };
+        let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
+        Self { camera: self.camera.clone(), lights, light_deg, film, ..Self::default() }
     }
 
     /// Returns the largest number of samples of all lights at one shading point: the cost of a

@@ -26,7 +26,9 @@ pub use description::{
     Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef, Normals,
     OrbitCamera, OrthographicCamera, Scene, SpherePole, Tangents, Tone,
 };
-pub use prefiltered::{LitPoint, LobeNodes, LobeTable, NODES, NODES_TOGETHER, PrefilteredLight};
+pub use prefiltered::{
+    LitPoint, LobeNodes, LobeTable, NODES, NODES_TOGETHER, PrefilteredLight, SPHERES_ACROSS,
+};
 pub use sample_set::{
     ImageLayout, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun, PixelSpan,
     Raster, SampleCounts, SampleSet, Sampling, SamplingError,

@@ -13,6 +13,8 @@
 
 mod light;
 mod nodes;
+mod spheres;
 
 pub use light::{LitPoint, PrefilteredLight};
 pub use nodes::{LobeNodes, LobeTable, NODES, NODES_TOGETHER};
+pub use spheres::SPHERES_ACROSS;

@@ -29,3 +29,4 @@ pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
 pub use sampling::{PixelArea, PixelAreaError, Raster, Sampling, SamplingError};
 pub use set::SampleSet;
 pub use size::{PictureSize, PictureSizeError};
+pub(crate) use view::View;

@@ -27,6 +27,7 @@ pub mod scene;
 pub mod search;
 pub mod session;
 pub mod sheet;
+pub mod spheres;
 pub mod system;
 pub mod target;
 pub mod target_picture;

@@ -1,6 +1,8 @@
 //! Header check of pictures sent by workers: format and size.
 
+use brood_eval::LitSpheres;
 use brood_protocol::PictureFormat;
+use brood_scene::SPHERES_ACROSS;
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
 const EXR: &[u8] = b"\x76\x2f\x31\x01";
@@ -28,6 +30,12 @@ pub fn check(bytes: &[u8], format: PictureFormat, size_px: (u32, u32)) -> Result
         }
         PictureFormat::Exr if bytes.starts_with(EXR) => Ok(()),
         PictureFormat::Exr => Err("it must begin with an EXR header".to_owned()),
+        PictureFormat::Spheres => {
+            let side = size_px.0 / SPHERES_ACROSS;
+            let whole = bytes.len() == LitSpheres::bytes_of(side)
+                && LitSpheres::side_of(bytes) == Some(side);
+            if whole { Ok(()) } else { Err(format!("it must be lit spheres of {side} texels")) }
+        }
     }
 }
 
@@ -47,5 +55,10 @@ mod tests {
         assert!(check(b"", PictureFormat::Png, (16, 12)).is_err());
         assert!(check(b"GIF89a", PictureFormat::Png, (16, 12)).is_err());
         check(b"\x76\x2f\x31\x01rest", PictureFormat::Exr, (16, 12)).unwrap();
+        let spheres = LitSpheres::encode(4, &[[0.5; 3]; 144]);
+        check(&spheres, PictureFormat::Spheres, (12, 12)).unwrap();
+        assert!(check(&spheres, PictureFormat::Spheres, (15, 15)).is_err());
+        assert!(check(&spheres[..40], PictureFormat::Spheres, (12, 12)).is_err());
+        assert!(check(&png, PictureFormat::Spheres, (12, 12)).is_err());
     }
 }

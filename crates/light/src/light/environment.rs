@@ -47,6 +47,9 @@ pub struct EnvironmentLight {
     #[serde(default = "environment_samples")]
     #[schema(minimum = 1, maximum = 1024, default = environment_samples)]
     pub samples: u32,
+    /// True if it stays in place while `light_deg` moves the lights. Default: false.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub fixed: bool,
 }
 
 fn unscaled() -> [f64; 3] {
@@ -97,11 +100,12 @@ impl Kind for EnvironmentLight {
             None => assets.environment(&self.image)?.clone(),
         };
         let own = rotation_y_deg(self.rotation_deg);
-        let rotation = DMat3::from_cols(
-            placement.direction((own * DVec3::X).to_array()),
-            placement.direction((own * DVec3::Y).to_array()),
-            placement.direction((own * DVec3::Z).to_array()),
-        );
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| (own * axis).to_array());
+        let [x, y, z] = axes.map(|axis| match self.fixed {
+            true => placement.fixed_direction(axis),
+            false => placement.direction(axis),
+        });
+        let rotation = DMat3::from_cols(x, y, z);
         Some(EnvironmentSource { map, rotation, scale: self.scale })
     }
 }

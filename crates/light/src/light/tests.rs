@@ -3,11 +3,12 @@ use utoipa::PartialSchema;
 use super::{Light, PointLight, Quantity, SpotLight, Strength};
 
 /// Lights of every kind, with all fields.
-const LIGHTS: [&str; 13] = [
+const LIGHTS: [&str; 14] = [
     r#"{"kind":"sphere","position":null,"radius":null,"radiance_w_m2_sr":null,"samples":16}"#,
     r#"{"kind":"disk","position":[1.0,2.0,3.0],"axis":null,"radius":0.5,"flux_lm":[9.0,9.0,9.0],"samples":7}"#,
     r#"{"kind":"rectangle","position":null,"axis":null,"up":[0.0,0.0,1.0],"width":2.0,"height":null,"luminance_nit":[1.0,2.0,3.0],"samples":1}"#,
     r#"{"kind":"environment","image":"sky.hdr","rotation_deg":90.0,"scale":[2.0,2.0,2.0],"samples":256}"#,
+    r#"{"kind":"environment","image":"studio","rotation_deg":0.0,"scale":[1.0,1.0,1.0],"samples":64,"fixed":true}"#,
     r#"{"kind":"ambient","radiance_w_m2_sr":[0.5,0.5,0.5],"samples":64}"#,
     r#"{"kind":"ies","position":null,"axis":[0.0,-1.0,0.0],"up":null,"profile":"a.ies","flux_lm":[9.0,9.0,9.0]}"#,
     r#"{"kind":"point","position":[3.0,4.0,5.0],"intensity":[1.0,0.5,0.25]}"#,

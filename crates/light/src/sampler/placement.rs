@@ -33,6 +33,11 @@ impl<'a> LightPlacement<'a> {
         self.frame.direction(self.turn * DVec3::from(direction).normalize())
     }
 
+    /// Transforms a direction of nonzero length that `light_deg` does not turn.
+    pub fn fixed_direction(&self, direction: [f64; 3]) -> DVec3 {
+        self.frame.direction(DVec3::from(direction).normalize())
+    }
+
     /// Transforms an axis; the direction from `from` to the centre of the mesh if it is `None`.
     pub fn axis(&self, axis: Option<[f64; 3]>, from: DVec3) -> DVec3 {
         match axis {

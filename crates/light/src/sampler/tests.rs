@@ -384,6 +384,10 @@ fn environment_turns_with_rotation_deg_and_light_deg() {
             DVec3::NEG_X,
         ),
         (r#"{"light_deg": 90, "lights": [{"kind": "environment", "image": "a"}]}"#, DVec3::NEG_X),
+        (
+            r#"{"light_deg": 90, "lights": [{"kind": "environment", "image": "a", "fixed": true}]}"#,
+            DVec3::NEG_Z,
+        ),
     ] {
         samplers_with(scene, &assets)[0].for_each_sample(
             &receiver(DVec3::ZERO),

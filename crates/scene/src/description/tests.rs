@@ -57,6 +57,23 @@ fn scene_round_trips_through_json() {
 }
 
 #[test]
+fn lit_spheres_depend_on_camera_and_environments_alone() {
+    let spheres = |json: &str| read(json).unwrap().for_spheres();
+    let own = spheres(r#"{"lights": [{"kind": "environment", "image": "studio", "fixed": true}]}"#);
+    let other = r#"{"mesh": "ball", "rotation_deg": [1, 2, 3], "scale": 2, "light_deg": 40,
+        "film": {"exposure": -2, "tone": "filmic"}, "tangents": "triangle",
+        "lights": [{}, {"kind": "environment", "image": "studio", "fixed": true}]}"#;
+    assert_eq!(spheres(other), own);
+    assert_ne!(spheres(&other.replace("studio", "interior")), own);
+    assert_ne!(
+        spheres(&other.replace(r#"{"mesh""#, r#"{"camera": {"fov_y_deg": 20}, "mesh""#)),
+        own
+    );
+    let turning = other.replace(r#", "fixed": true"#, "");
+    assert_ne!(spheres(&turning), spheres(&turning.replace("40", "50")));
+}
+
+#[test]
 fn scene_json_matches_the_api() {
     let json = serde_json::to_value(Scene::default()).unwrap();
     let expected = serde_json::json!({

@@ -14,7 +14,7 @@ const FRAMING_MARGIN: f64 = 1.04;
 
 /// Camera in the unit frame.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct View {
+pub(crate) struct View {
     /// Eye, or start of the central ray of a parallel projection.
     origin: DVec3,
     /// `right` and `up` are as long as half the picture's height: on the plane at distance 1, or in
@@ -82,6 +82,11 @@ impl View {
             per_up: up / half,
             parallel,
         }
+    }
+
+    /// Direction to the right in the picture, of any length.
+    pub fn right(&self) -> DVec3 {
+        self.right
     }
 
     /// Projects a position to picture coordinates, as in [`View::ray`]; `None` if it is not in

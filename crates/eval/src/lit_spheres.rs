@@ -1,0 +1,99 @@
+//! File of lit spheres, which the page draws from: radiance as 16-bit floats.
+
+use brood_scene::SPHERES_ACROSS;
+use half::f16;
+
+/// Writer and reader of files of lit spheres: the radiance of a material in environments, for all
+/// normals, seen from several places of a picture.
+///
+/// # Shapes
+/// Little-endian: the magic `broodlit`, u32 version, u32 texels along the side of a sphere, f32
+/// unit, then red, green and blue of each texel as 16-bit floats. Texels are as
+/// [`brood_scene::PrefilteredLight::on_spheres`] orders them: [`SPHERES_ACROSS`] times the side in
+/// each of as many rows.
+///
+/// # Units
+/// Numbers are radiance divided by the unit, W/(m2 sr).
+///
+/// # Error
+/// At most 2^-11 of a value; values below 2^-29 of the largest lose digits.
+#[derive(Debug)]
+pub struct LitSpheres;
+
+const MAGIC: &[u8; 8] = b"broodlit";
+const VERSION: u32 = 1;
+/// Bytes before the texels.
+const HEAD: usize = 20;
+const TEXEL: usize = 6;
+/// Exponent of the largest value in units: 16-bit floats end at 65,504.
+const LARGEST: i32 = 14;
+/// Least exponent of a unit.
+const UNIT_MIN: i32 = -126;
+
+impl LitSpheres {
+    /// Encodes the radiance of all texels. Values that are not finite or below 0 become 0.
+    #[must_use]
+    pub fn encode(side: u32, radiance: &[[f32; 3]]) -> Vec<u8> {
+        let clean = |value: f32| if value.is_finite() { value.max(0.0) } else { 0.0 };
+        let largest = radiance.iter().flatten().fold(0.0f32, |largest, v| largest.max(clean(*v)));
+        let exponent = if largest > 0.0 { libm::ilogbf(largest) } else { LARGEST };
+        // A power of two, so that division is exact.
+        let unit = libm::scalbnf(1.0, (exponent - LARGEST).max(UNIT_MIN));
+        let mut bytes = Vec::with_capacity(Self::bytes_of(side));
+        bytes.extend(MAGIC);
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(side.to_le_bytes());
+        bytes.extend(unit.to_le_bytes());
+        for value in radiance.iter().flatten() {
+            bytes.extend(f16::from_f32(clean(*value) / unit).to_le_bytes());
+        }
+        bytes
+    }
+
+    /// Returns the size of a file in bytes.
+    #[must_use]
+    pub fn bytes_of(side: u32) -> usize {
+        let across = (SPHERES_ACROSS * side) as usize;
+        HEAD + TEXEL * across * across
+    }
+
+    /// Returns the texels along the side of a sphere; `None` if the file is of another kind.
+    #[must_use]
+    pub fn side_of(bytes: &[u8]) -> Option<u32> {
+        let rest = bytes.strip_prefix(MAGIC)?.strip_prefix(&VERSION.to_le_bytes())?;
+        rest.first_chunk().map(|side| u32::from_le_bytes(*side))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_radiance_is_encoded() {
+        for brightest in [1e-38, 1e-30, 0.7, 3e38] {
+            let mut texels = [[0.0; 3]; 9];
+            texels[0] = [f32::NAN, -1.0, f32::INFINITY];
+            texels[1] = [brightest, brightest / 3e4, 0.0];
+            let bytes = LitSpheres::encode(1, &texels);
+            assert_eq!(bytes.len(), LitSpheres::bytes_of(1));
+            assert_eq!(LitSpheres::side_of(&bytes), Some(1));
+            let unit = f64::from(f32::from_le_bytes(*bytes[16..].first_chunk().unwrap()));
+            let read = |at: usize| {
+                let number = *bytes[HEAD + 2 * at..].first_chunk().unwrap();
+                f64::from(f16::from_le_bytes(number)) * unit
+            };
+            assert_eq!([read(0), read(1), read(2), read(5)], [0.0; 4]);
+            for (at, value) in [(3, brightest), (4, brightest / 3e4)] {
+                let error = (read(at) / f64::from(value) - 1.0).abs();
+                assert!(error <= 1.0 / 2048.0, "{value} is read as {}", read(at));
+            }
+        }
+    }
+
+    #[test]
+    fn file_of_another_kind_has_no_side() {
+        assert_eq!(LitSpheres::side_of(b"broodlit"), None);
+        assert_eq!(LitSpheres::side_of(&[0; 40]), None);
+    }
+}
