@@ -14,9 +14,9 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
-    lease, light_asset, lineage, lineage_file, mesh, model, operation, page, preset, render, scene,
-    search, session, sheet, system, target, target_picture, thumbnail,
+    archive, circle, comparison, event, export, generation, genome, geometry, individual,
+    inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation, page,
+    preset, render, scene, search, session, sheet, system, target, target_picture, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -89,6 +89,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(export::formats))
         .routes(routes!(export::print))
         .routes(routes!(export::get))
+        .routes(routes!(archive::get))
         .routes(routes!(model::list))
         .routes(routes!(mesh::create))
         .routes(routes!(mesh::get))
