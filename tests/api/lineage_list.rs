@@ -86,13 +86,13 @@ async fn hidden_lineage_is_listed_apart_and_restored() {
     let (kept, hidden) = (TestLineage::new(&server).await, TestLineage::new(&server).await);
     server.delete(&hidden.path("")).await.expect(204);
     let listed = |path: &'static str| async { column(&all(&server, path).await, "id") };
-    assert_eq!(listed("/v1/lineages?").await, [kept.id.clone()]);
-    assert_eq!(listed("/v1/lineages?hidden=true&").await, [hidden.id.clone()]);
+    assert_eq!(listed("/v1/lineages?").await, [kept.id.as_str()]);
+    assert_eq!(listed("/v1/lineages?hidden=true&").await, [hidden.id.as_str()]);
     let restored = change(&server, &hidden.path(""), json!({"hidden": false})).await;
     assert_eq!(restored["hidden"], false);
     assert_eq!(listed("/v1/lineages?").await, [hidden.id.clone(), kept.id.clone()]);
     change(&server, &kept.path(""), json!({"hidden": true})).await;
-    assert_eq!(listed("/v1/lineages?hidden=true&").await, [kept.id.clone()]);
+    assert_eq!(listed("/v1/lineages?hidden=true&").await, [kept.id.as_str()]);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -68,7 +68,11 @@ export const loadMoreFavourites = () =>
     favouritesStore.nextCursor.value = next;
   }, true);
 
-/** A lineage by its id; undefined if it is hidden. @param {string} id @returns {Lineage|undefined} */
+/**
+ * A lineage by its id; undefined if it is hidden.
+ * @param {string} id
+ * @returns {Lineage|undefined}
+ */
 export const lineageOf = (id) =>
   lineageStore.lineages.value.find((one) => one.id === id) ??
   (lineageStore.lineage.value?.id === id ? lineageStore.lineage.value : undefined);

@@ -21,7 +21,10 @@ export const largeUrl = (id) => `/v1/individuals/${id}/render.png?size=${LARGE_P
 class FavouritesStore {
   /** Lineage whose favourites are shown, or ALL; null while closed. @type {Signal<string|null>} */
   openOf = signal(null);
-  /** Favourites read so far, newest first; null before the first. @type {Signal<Favourite[]|null>} */
+  /**
+   * Favourites read so far, newest first; null before the first.
+   * @type {Signal<Favourite[]|null>}
+   */
   items = signal(null);
   /** @type {Signal<string|null>} */
   nextCursor = signal(null);

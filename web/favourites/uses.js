@@ -70,7 +70,10 @@ export const useAsMate = (of) =>
     pageStore.announcement.value = `${nameOfFavourite(of)} is the mate. Choose the other parent, or press Escape.`;
   });
 
-/** Opens a new lineage that starts from a favourite, in the light of its lineage. @param {Favourite} of */
+/**
+ * Opens a new lineage that starts from a favourite, in the light of its lineage.
+ * @param {Favourite} of
+ */
 export const startFromFavourite = (of) =>
   leading(of, async () => {
     const name = `From ${lineageName(of)}`;

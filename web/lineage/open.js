@@ -20,7 +20,9 @@ import { clearReady, preloadPictures, startClock } from "./pictures.js";
 import { DEFAULT_SATURATION, FRAMES, lineageStore, noLocks } from "./store.js";
 import { followChanges } from "./sync.js";
 
-/** Opens what the address names; without an address the last lineage of this browser, or a new one. */
+/**
+ * Opens what the address names; without an address the last lineage of this browser, or a new one.
+ */
 export async function openFromAddress() {
   await guarded("stage", async () => {
     const wanted = route.parse(location.hash);

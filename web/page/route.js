@@ -1,7 +1,7 @@
 /**
  * The address: `#/lineage/<id>/generation/<id>` names what is shown. After it, `/search/<id>` names
- * the search that is open over it, or `/favourites/<lineage or all>` the list of favourites, so that
- * a reload or a shared link restores both.
+ * the search that is open over it, or `/favourites/<lineage or all>` the list of favourites, so
+ * that a reload or a shared link restores both.
  *
  * @typedef {{lineage: string|null, generation: string|null, search: string|null, favourites:
  *   string|null}} Address

@@ -1,4 +1,7 @@
-/** The bar at the top: lineage, undo, redo, re-roll, presets, favourites, searches, status, link, panes. */
+/**
+ * The bar at the top: lineage, undo, redo, re-roll, presets, favourites, searches, status, link,
+ * panes.
+ */
 import { breedRandom, reroll } from "../lineage/breed.js";
 import { redo, redoId, undo, undoId } from "../lineage/generations.js";
 import { twinsInWords } from "../lineage/locks.js";

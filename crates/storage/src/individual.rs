@@ -100,7 +100,8 @@ impl Store {
     }
 
     /// Returns the cover of each of these lineages: the chosen individual, else the newest
-    /// favourite, else the newest generation's centre or first child. Lineages without individuals are left out.
+    /// favourite, else the newest generation's centre or first child. Lineages without individuals
+    /// are left out.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.

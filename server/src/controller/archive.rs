@@ -3,6 +3,7 @@
 //! The file is made while it is sent: genomes and source code at once, pictures as they are
 //! rendered. It has no times, so the same request gives the same bytes.
 
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::io::{self, Write as _};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -70,8 +71,8 @@ pub async fn get(
     let individuals = app.store.individuals(&ids).await?;
     let mut lineages = HashMap::new();
     for one in &individuals {
-        if !lineages.contains_key(&one.lineage) {
-            lineages.insert(one.lineage, app.store.lineage(one.lineage).await?);
+        if let Entry::Vacant(entry) = lineages.entry(one.lineage) {
+            entry.insert(app.store.lineage(one.lineage).await?);
         }
     }
     let mut entries = Vec::with_capacity(individuals.len() * formats.len());

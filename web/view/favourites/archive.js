@@ -4,11 +4,11 @@
  * @import { Favourite } from "../../model.js"
  */
 import { archivePath, archiveProblem, setFormat } from "../../favourites/chosen.js";
+import { lineageName } from "../../favourites/list.js";
 import { favouritesStore } from "../../favourites/store.js";
 import { listFormats } from "../../lineage/formats.js";
 import { lineageStore } from "../../lineage/store.js";
 import { slug } from "../../page/file_name.js";
-import { lineageName } from "../../favourites/list.js";
 import { SIDE_PX } from "../../page/size.js";
 import { Switch, typed } from "../control.js";
 import { Download } from "../download.js";
@@ -42,7 +42,7 @@ export function Archive({ of }) {
           ${PLAIN.map(([name, label]) => html`<${FormatSwitch} key=${name} name=${name} label=${label} />`)}
           ${lineageStore.exportFormats.value.map(({ name, label }) => html`<${FormatSwitch} key=${name} name=${name} label=${label} />`)}
         </div>
-        <label class="row side-px"><span>Pictures of</span> <input type="number" class="short" min=${SIDE_PX.min} max=${SIDE_PX.max} step="1" data-testid="archive-side" value=${side} onInput=${(/** @type {Event} */ event) => (favouritesStore.side.value = typed(event))} /> <span>pixels, in the light of their lineage</span></label>
+        <label class="row side-px" title="In the light of their lineage"><span>Pictures of</span> <input type="number" class="short" min=${SIDE_PX.min} max=${SIDE_PX.max} step="1" data-testid="archive-side" value=${side} onInput=${(/** @type {Event} */ event) => (favouritesStore.side.value = typed(event))} /> <span>pixels</span></label>
         ${wrong
           ? html`<p class="small" role="status">${wrong}</p>`
           : html`<${Download} button id="archive-save" text=${`Save ${of.length} as ZIP`} name=${archiveName(of)} place="favourites" path=${() => archivePath(of.map(({ id }) => id), formats, side, viewStore.limitedExports.value)} />`}

@@ -16,7 +16,10 @@ import { html } from "../html.js";
 import { Exports } from "../lineage/exports.js";
 import { ServerPicture } from "../picture.js";
 
-/** Picture in the light of its lineage: the thumbnail first, then a larger one. @param {{of: Favourite}} props */
+/**
+ * Picture in the light of its lineage: the thumbnail first, then a larger one.
+ * @param {{of: Favourite}} props
+ */
 const Large = ({ of }) => html`
   <span class="large">
     <${ServerPicture} url=${of.thumbnail} lazy />
