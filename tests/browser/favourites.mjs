@@ -166,6 +166,27 @@ export async function favourites(app, step, shot, base) {
   app.quiet();
 }
 
+/** The same on a narrow touch screen; a favourite was marked before. */
+export async function favouritesByFinger(app, step, shot) {
+  const { page } = app;
+  await step("shows favourites and marks a mate on a screen of 360 pixels", async () => {
+    await app.id("favourites").tap();
+    await page.locator(".tile").first().waitFor();
+    await app.fits(app.id("favourites-dialog"));
+    await app.id("archive").locator("summary").tap();
+    await app.fits(app.id("favourites-dialog"));
+    await app.accessible("favourites, 360 x 740");
+    await shot("favourites-5-narrow");
+    await page.getByTestId("favourite-mate").first().tap();
+    await app.id("favourites-dialog").waitFor({ state: "hidden" });
+    await app.fits(page.locator("html"));
+    await app.id("lineage-menu").tap();
+    await app.fits(page.locator("dialog.of-lineages"));
+    await shot("lineages-5-narrow");
+    await page.keyboard.press("Escape");
+  });
+}
+
 /** The list of lineages; after `favourites`. */
 export async function lineages(app, step, shot) {
   const { page } = app;

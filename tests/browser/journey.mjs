@@ -12,7 +12,7 @@ import { chromium } from "playwright-core";
 import { compare, compareByFinger } from "./compare.mjs";
 import { comparison, comparisonByFinger } from "./comparison.mjs";
 import { edited, editedByFinger, editedLive } from "./edited.mjs";
-import { favourites, lineages } from "./favourites.mjs";
+import { favourites, favouritesByFinger, lineages } from "./favourites.mjs";
 import { film } from "./film.mjs";
 import { hurried } from "./hurried.mjs";
 import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
@@ -290,6 +290,7 @@ async function narrow(app, base) {
   await compareByFinger(app, step, shotOf(app));
   await inspectByFinger(app, step, shotOf(app));
   await comparisonByFinger(app, step, shotOf(app));
+  await favouritesByFinger(app, step, shotOf(app));
   await searchByFinger(app, step, shotOf(app));
   await targetByFinger(app, step, shotOf(app), base);
   await editedByFinger(app, step, shotOf(app));

@@ -29,8 +29,7 @@ const Large = ({ of }) => html`
 
 /** A favourite whose mark was removed, which can be set again. @param {{of: Favourite}} props */
 const Removed = ({ of }) => html`
-  <p class="small">No longer a favourite.</p>
-  <div class="row"><button type="button" onClick=${() => keepFavourite(of, true)}>Undo</button></div>
+  <div class="row uses"><span class="small">No longer a favourite.</span><button type="button" onClick=${() => keepFavourite(of, true)}>Undo</button></div>
 `;
 
 /** @param {{of: Favourite}} props */
