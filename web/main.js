@@ -5,18 +5,20 @@
  * changes, the components of `view` that have read it are drawn again, and the effects that have
  * read it, which the `watch` functions create, run again. Folders: `api` (requests to the server),
  * `page` (address, settings, problems), `lineage` (breeding and history), `scene` (object and
- * light), `live` (drawing by WebGL 2), `search`, `compare`, `view` (components). The server's
- * pictures are shown first; `live` draws over them.
+ * light), `live` (drawing by WebGL 2), `search`, `favourites`, `compare`, `view` (components). The
+ * server's pictures are shown first; `live` draws over them.
  */
 import { render } from "./vendor/preact.js";
 import { effect } from "./vendor/signals-core.js";
 import { loadTokenState } from "./api/session.js";
 import { watchCompare } from "./compare/ab.js";
 import { watchComparison } from "./compare/comparison.js";
+import { followFavouritesAddress, watchFavourites } from "./favourites/list.js";
 import { pauseWhileHidden } from "./lineage/events.js";
 import { watchEdit } from "./lineage/edit.js";
 import { watchGenomes } from "./lineage/genomes.js";
 import { watchInspector } from "./lineage/inspector.js";
+import { watchListed } from "./lineage/listed.js";
 import { followAddress, openFromAddress, watchLineage } from "./lineage/open.js";
 import { watchReady } from "./lineage/pictures.js";
 import { watchSync } from "./lineage/sync.js";
@@ -56,6 +58,7 @@ effect(() => {
 effect(() => saveSetting("clipped", pageStore.clippingShown.value));
 effect(() => saveSetting("hint", pageStore.hintShown.value));
 watchLineage();
+watchListed();
 watchSync();
 watchMeshes();
 watchCompare();
@@ -72,6 +75,8 @@ watchDraftPicture();
 watchLightDot();
 watchStrip();
 followSearchAddress();
+followFavouritesAddress();
+watchFavourites();
 watchSearches();
 watchJob();
 watchPictures();
@@ -81,6 +86,7 @@ pauseWhileHidden();
 listenToFiles();
 addEventListener("hashchange", () => {
   followSearchAddress();
+  followFavouritesAddress();
   void followAddress();
 });
 addEventListener("keydown", keyAnywhere);

@@ -8,6 +8,8 @@
  *
  * @typedef {api.Individual} Individual
  *
+ * @typedef {api.IndividualDetail} Favourite an individual with its place
+ *
  * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null}} Generation
  *
  * @typedef {Omit<api.ListedLineage, "dialect"> & {dialect: Dialect}} Lineage
@@ -108,7 +110,7 @@
  *   An edited genome that is not stored; `of`: the individual that was edited.
  *
  * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|
- *   "light"|"film"|"lineages"|"presets"|"centre"|"edit"|"compare"|"comparison"|"inspector"|"activeTarget"|
+ *   "light"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|"compare"|"comparison"|"inspector"|"activeTarget"|
  *   "searches"|"target"|"search"|"job"|"found"} Place
  *   Place on the page where a problem is shown.
  *

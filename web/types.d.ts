@@ -212,6 +212,8 @@ export interface components {
              */
             saturation?: number;
             scene?: components["schemas"]["SceneId"] | null;
+            /** @description Tags: up to 12 of 1 to 30 characters, without commas. Default: none. */
+            tags?: string[];
             /**
              * Format: int32
              * @description Side of the thumbnails in pixels, 16 to 1024. Default: 256.
@@ -657,6 +659,11 @@ export interface components {
             exposure_ev?: number | null;
             /** @description Id of its generation. */
             generation: components["schemas"]["GenerationId"];
+            /**
+             * Format: int64
+             * @description Position of its generation in the lineage, from 0.
+             */
+            generation_index: number;
             /** @description Id of its lineage. */
             lineage: components["schemas"]["LineageId"];
         };
@@ -981,6 +988,7 @@ export interface components {
         LightAssetKind: "profile" | "environment";
         /** @description Lineage: a tree of generations with one dialect and scene. */
         Lineage: {
+            cover_individual?: components["schemas"]["IndividualId"] | null;
             /**
              * Format: int64
              * @description Creation time, in milliseconds since 1970-01-01 UTC.
@@ -992,9 +1000,16 @@ export interface components {
             energy_limit: boolean;
             /**
              * Format: int64
+             * @description Number of favourites.
+             */
+            favourites: number;
+            /**
+             * Format: int64
              * @description Number of generations.
              */
             generations: number;
+            /** @description True if lists leave it out. */
+            hidden: boolean;
             /** @description Id of the lineage. */
             id: components["schemas"]["LineageId"];
             /** @description Display name. */
@@ -1008,6 +1023,8 @@ export interface components {
             saturation: number;
             /** @description Id of the scene of its thumbnails. */
             scene: components["schemas"]["SceneId"];
+            /** @description Tags, as they were written. */
+            tags: string[];
             /**
              * Format: int32
              * @description Side of its thumbnails in pixels.
@@ -1026,6 +1043,7 @@ export interface components {
              * @description Version of the format: 1.
              */
             brood_lineage: number;
+            cover_individual?: components["schemas"]["IndividualId"] | null;
             /** @description Dialect of the genomes. */
             dialect: Record<string, never>;
             /** @description True if random children are under the energy limit. */
@@ -1051,6 +1069,8 @@ export interface components {
             saturation: number;
             /** @description Scene of the thumbnails. */
             scene: components["schemas"]["Scene"];
+            /** @description Tags. */
+            tags?: string[];
             /**
              * Format: int32
              * @description Side of the thumbnails in pixels.
@@ -1065,8 +1085,8 @@ export interface components {
         /** @description Lineage with its cover, as in lists. */
         ListedLineage: components["schemas"]["Lineage"] & {
             /**
-             * @description Path of the cover picture: of the newest favourite, else of the newest generation's centre
-             *     or first child.
+             * @description Path of the cover picture: of the chosen individual, else of the newest favourite, else of
+             *     the newest generation's centre or first child.
              */
             cover?: string | null;
         };
@@ -1200,8 +1220,11 @@ export interface components {
         };
         /** @description Body of `PATCH /v1/lineages/{id}`. Absent fields keep their values. */
         PatchLineage: {
+            cover_individual?: components["schemas"]["IndividualId"] | null;
             /** @description New default for the energy limit of random children. */
             energy_limit?: boolean | null;
+            /** @description True to hide the lineage from lists, false to restore it. */
+            hidden?: boolean | null;
             /** @description New name, 1 to 200 characters. */
             name?: string | null;
             /** @description New notes, up to 10,000 characters. */
@@ -1212,6 +1235,8 @@ export interface components {
              */
             saturation?: number | null;
             scene?: components["schemas"]["SceneId"] | null;
+            /** @description New tags in place of the present ones: up to 12 of 1 to 30 characters, without commas. */
+            tags?: string[] | null;
         };
         /** @description Numbers for one material. */
         Phenomena: {

@@ -60,6 +60,12 @@ pub const PAGE: u32 = 200;
 pub const PAGE_DEFAULT: u32 = 50;
 /// Longest name of a lineage, in characters.
 pub const NAME_CHARS: usize = 200;
+/// Most tags of a lineage.
+pub const TAGS: usize = 12;
+/// Longest tag, in characters.
+pub const TAG_CHARS: usize = 30;
+/// Longest search text, in characters.
+pub const SEARCH_CHARS: usize = 200;
 /// Longest notes, in characters.
 pub const NOTE_CHARS: usize = 10_000;
 /// Largest side of a picture in pixels.
@@ -80,6 +86,10 @@ pub const SHEET_CELLS: usize = 256;
 pub const CIRCLE_FRAMES: u32 = 120;
 /// Most pixels of an animation or strip, over all pictures.
 pub const CIRCLE_PIXELS: u64 = 1 << 25;
+/// Most individuals of an archive.
+pub const ARCHIVE_INDIVIDUALS: usize = 128;
+/// Most pixels of an archive, over all pictures.
+pub const ARCHIVE_PIXELS: u64 = 1 << 25;
 /// Most queued render jobs.
 pub const QUEUED_JOBS: u64 = 1000;
 /// Most calls waiting for a processor.
@@ -169,6 +179,8 @@ pub fn report() -> BTreeMap<String, u64> {
         ("page_items", u64::from(PAGE)),
         ("name_characters", NAME_CHARS as u64),
         ("note_characters", NOTE_CHARS as u64),
+        ("lineage_tags", TAGS as u64),
+        ("tag_characters", TAG_CHARS as u64),
         ("picture_px", u64::from(PICTURE_PX)),
         ("thumbnail_px", u64::from(THUMBNAIL_PX)),
         ("samples_per_pixel", u64::from(SAMPLES)),
@@ -176,6 +188,8 @@ pub fn report() -> BTreeMap<String, u64> {
         ("sheet_cells", SHEET_CELLS as u64),
         ("circle_frames", u64::from(CIRCLE_FRAMES)),
         ("circle_pixels", CIRCLE_PIXELS),
+        ("archive_individuals", ARCHIVE_INDIVIDUALS as u64),
+        ("archive_pixels", ARCHIVE_PIXELS),
         ("queued_jobs", QUEUED_JOBS),
         ("connections", CONNECTIONS as u64),
         ("event_streams", EVENT_STREAMS as u64),

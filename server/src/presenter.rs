@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use brood_program::ProgramHash;
-use brood_protocol::{Generation, Individual, IndividualDetail, Lineage, LineageId, ListedLineage};
+use brood_protocol::{
+    Generation, GenerationId, Individual, IndividualDetail, Lineage, LineageId, ListedLineage,
+};
 use brood_storage::{StorageError, StoredGeneration, StoredIndividual};
 use std::collections::HashMap;
 
@@ -51,8 +53,9 @@ impl<'a> Presenter<'a> {
     /// As for [`Self::individual`].
     pub async fn detail(&mut self, stored: StoredIndividual) -> Result<IndividualDetail, ApiError> {
         let (lineage, generation) = (stored.lineage, stored.generation);
+        let indices = self.app.store.generation_indices(&[generation]).await?;
         let individual = self.individual(stored).await?;
-        Ok(IndividualDetail { individual, lineage, generation, exposure_ev: None })
+        Ok(detail(individual, lineage, generation, &indices))
     }
 
     /// Converts lineages with their cover pictures.
@@ -85,9 +88,12 @@ impl<'a> Presenter<'a> {
         &mut self,
         stored: Vec<StoredIndividual>,
     ) -> Result<Vec<IndividualDetail>, ApiError> {
+        let generations: Vec<_> = stored.iter().map(|one| one.generation).collect();
+        let indices = self.app.store.generation_indices(&generations).await?;
         let mut details = Vec::with_capacity(stored.len());
         for one in stored {
-            details.push(self.detail(one).await?);
+            let (lineage, generation) = (one.lineage, one.generation);
+            details.push(detail(self.individual(one).await?, lineage, generation, &indices));
         }
         Ok(details)
     }
@@ -149,4 +155,15 @@ impl<'a> Presenter<'a> {
         self.frames.insert(lineage, framed.clone());
         Ok(framed)
     }
+}
+
+/// Adds the place of an individual. An index is missing only if the generation was purged since.
+fn detail(
+    individual: Individual,
+    lineage: LineageId,
+    generation: GenerationId,
+    indices: &HashMap<GenerationId, u64>,
+) -> IndividualDetail {
+    let generation_index = indices.get(&generation).copied().unwrap_or_default();
+    IndividualDetail { individual, lineage, generation, generation_index, exposure_ev: None }
 }

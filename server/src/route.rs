@@ -14,9 +14,10 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    circle, comparison, event, export, generation, genome, geometry, individual, inspection, job,
-    lease, light_asset, lineage, lineage_file, mesh, model, operation, page, preset, render, scene,
-    search, session, sheet, spheres, system, target, target_picture, thumbnail,
+    archive, circle, comparison, event, export, generation, genome, geometry, individual,
+    inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation, page,
+    preset, render, scene, search, session, sheet, spheres, system, target, target_picture,
+    thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -90,6 +91,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(export::formats))
         .routes(routes!(export::print))
         .routes(routes!(export::get))
+        .routes(routes!(archive::get))
         .routes(routes!(model::list))
         .routes(routes!(mesh::create))
         .routes(routes!(mesh::get))

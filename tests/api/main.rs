@@ -6,6 +6,7 @@
 )]
 
 mod access;
+mod archive;
 mod attack;
 mod backend;
 mod breed;
@@ -28,6 +29,7 @@ mod individual;
 mod job;
 mod light;
 mod lineage;
+mod lineage_list;
 mod lock;
 mod mesh;
 mod model;

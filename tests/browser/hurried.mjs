@@ -173,7 +173,7 @@ export async function hurried(app, step, base) {
     await app.id("lineage-menu").focus();
     await page.keyboard.press("Enter");
     await page
-      .getByRole("button", { name: /^Rename/ })
+      .getByRole("button", { name: /^Edit/ })
       .first()
       .focus();
     await page.keyboard.press("Enter");

@@ -12,6 +12,7 @@ import { chromium } from "playwright-core";
 import { compare, compareByFinger } from "./compare.mjs";
 import { comparison, comparisonByFinger } from "./comparison.mjs";
 import { edited, editedByFinger, editedLive } from "./edited.mjs";
+import { favourites, favouritesByFinger, lineages } from "./favourites.mjs";
 import { film } from "./film.mjs";
 import { hurried } from "./hurried.mjs";
 import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
@@ -238,6 +239,12 @@ async function coming(app) {
   await edited(app, step, shot);
 }
 
+async function keeping(app, base) {
+  const shot = shotOf(app);
+  await favourites(app, step, shot, base);
+  await lineages(app, step, shot);
+}
+
 async function looking(app, base) {
   await inspect(app, step, shotOf(app), base);
 }
@@ -283,6 +290,7 @@ async function narrow(app, base) {
   await compareByFinger(app, step, shotOf(app));
   await inspectByFinger(app, step, shotOf(app));
   await comparisonByFinger(app, step, shotOf(app));
+  await favouritesByFinger(app, step, shotOf(app));
   await searchByFinger(app, step, shotOf(app));
   await targetByFinger(app, step, shotOf(app), base);
   await editedByFinger(app, step, shotOf(app));
@@ -306,6 +314,7 @@ async function main() {
       [wide, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [narrow, PLAIN, { viewport: { width: 360, height: 740 }, hasTouch: true }],
       [coming, PLAIN, { viewport: { width: 1440, height: 985 } }],
+      [keeping, PLAIN, { viewport: { width: 1280, height: 900 } }],
       [inAHurry, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [inTrouble, PLAIN, { viewport: { width: 1440, height: 985 } }],
       [

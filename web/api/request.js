@@ -249,14 +249,15 @@ function newKey() {
 /**
  * Reads all pages of a list.
  * @param {string} path
+ * @param {string} [filter] more parameters, each after "&"
  * @returns {Promise<any[]>}
  */
-export async function readAll(path) {
+export async function readAll(path, filter = "") {
   const items = [];
   let cursor = null;
   do {
     const query = cursor ? `?limit=200&cursor=${encodeURIComponent(cursor)}` : "?limit=200";
-    const answer = await request("GET", path + query);
+    const answer = await request("GET", path + query + filter);
     items.push(...answer.items);
     cursor = answer.next;
   } while (cursor);

@@ -18,8 +18,27 @@ export const createSession = (token) =>
 
 export const deleteSession = () => request("DELETE", "/v1/session", { asks: false });
 
-/** @returns {Promise<Lineage[]>} */
-export const listLineages = () => readAll("/v1/lineages");
+/**
+ * @param {{search?: string, hidden?: boolean}} [filter]
+ * @returns {Promise<Lineage[]>}
+ */
+export const listLineages = ({ search = "", hidden = false } = {}) =>
+  readAll(
+    "/v1/lineages",
+    `${search && `&search=${encodeURIComponent(search)}`}${hidden ? "&hidden=true" : ""}`,
+  );
+
+/**
+ * Reads a page of favourites.
+ * @param {string|null} lineage null for all
+ * @param {string|null} cursor null for the first page
+ * @returns {Promise<{items: import("../model.js").Favourite[], next: string|null}>}
+ */
+export const listFavourites = (lineage, cursor) =>
+  request(
+    "GET",
+    `/v1/individuals?favourite=true&limit=48${lineage ? `&lineage=${lineage}` : ""}${cursor ? `&cursor=${cursor}` : ""}`,
+  );
 
 /** @param {string} id @returns {Promise<Lineage>} */
 export const getLineage = (id) => request("GET", `/v1/lineages/${id}`);
@@ -33,7 +52,8 @@ export const createLineage = (json) => request("POST", "/v1/lineages", { json })
 
 /**
  * @param {Lineage} of
- * @param {{name?: string, scene?: string, saturation?: number, energy_limit?: boolean}} json
+ * @param {{name?: string, notes?: string, tags?: string[], hidden?: boolean, cover_individual?:
+ *   string|null, scene?: string, saturation?: number, energy_limit?: boolean}} json
  * @returns {Promise<Lineage>}
  */
 export const patchLineage = (of, json) => patch(`/v1/lineages/${of.id}`, of.version, json);

@@ -1,5 +1,5 @@
 /**
- * Opening, creating, renaming and hiding lineages, and following the address.
+ * Opening, creating and hiding lineages, and following the address.
  *
  * @import { Dialect, Lineage, Scene, Trail } from "../model.js"
  */
@@ -21,7 +21,9 @@ import { clearReady, preloadPictures, startClock } from "./pictures.js";
 import { DEFAULT_SATURATION, FRAMES, lineageStore, noLocks } from "./store.js";
 import { followChanges } from "./sync.js";
 
-/** Opens what the address names; without an address the newest lineage; without any, a new one. */
+/**
+ * Opens what the address names; without an address the last lineage of this browser, or a new one.
+ */
 export async function openFromAddress() {
   await guarded("stage", async () => {
     const wanted = route.parse(location.hash);
@@ -34,7 +36,7 @@ export async function openFromAddress() {
     const lists = readLists();
     if (!wanted.lineage) {
       await lists;
-      return openNewest();
+      return openOwn();
     }
     try {
       // At once, because each round trip to a server far away is seen.
@@ -42,16 +44,43 @@ export async function openFromAddress() {
     } catch (error) {
       if (![404, 410, 422, 400].includes(problemOf(error).status)) throw error;
       await lists;
-      await openNewest();
+      await openOwn();
       showProblem("stage", {
         problem: {
           title: "No such lineage",
           status: 404,
-          detail: "The link names a lineage that this server does not have; the newest is shown.",
+          detail: "The link names a lineage that this server does not have; another is shown.",
         },
       });
     }
   }, true);
+}
+
+/**
+ * Opens the lineage that this browser opened last. On a first visit, begins a new one: those in the
+ * list are of other users.
+ */
+async function openOwn() {
+  const last = loadSetting("lineage", /** @type {string|null} */ (null));
+  const isListed = lineageStore.lineages.value.some(({ id }) => id === last);
+  if (last && isListed) return open(last, null);
+  const others = lineageStore.lineages.value.length;
+  try {
+    await create(untitled(lineageStore.lineages.value), STARTS.materials);
+    pageStore.othersFound.value = others;
+  } catch (error) {
+    // A token for reading alone cannot begin one.
+    if (problemOf(error).status !== 403 || others === 0) throw error;
+    await openNewest();
+  }
+}
+
+/** "Untitled 1", or the first number that no lineage has. @param {{name: string}[]} of */
+export function untitled(of) {
+  const names = new Set(of.map(({ name }) => name));
+  let number = 1;
+  while (names.has(`Untitled ${number}`)) number += 1;
+  return `Untitled ${number}`;
 }
 
 /** Opens the newest lineage; a new one if there is none. */
@@ -106,11 +135,15 @@ const beginAtRandom = (id) => breedNext(id, []);
 /**
  * @param {string} name
  * @param {{dialect?: Partial<Dialect>, saturation?: number, begin?: (id: string) =>
- *   Promise<void>}} [how] `begin`: makes the first generation in place of a random brood
+ *   Promise<void>, scene?: string}} [how] `begin`: makes the first generation in place of a random
+ *   brood; `scene`: default: that of the open lineage for a chosen material, else a new one
  */
-export async function create(name, { dialect, saturation = DEFAULT_SATURATION, begin } = {}) {
+export async function create(
+  name,
+  { dialect, saturation = DEFAULT_SATURATION, begin, scene: chosen } = {},
+) {
   const shown = begin && begin !== beginWithMaterials && sceneStore.scene.value?.id;
-  const scene = shown || (await api.createScene(FIRST_SCENE)).id;
+  const scene = chosen || shown || (await api.createScene(FIRST_SCENE)).id;
   const made = await api.createLineage({ name, thumbnail_px: 256, saturation, dialect, scene });
   lineageStore.lineages.value = [...lineageStore.lineages.value, made];
   await open(made.id, null, begin);
@@ -197,8 +230,8 @@ export async function followAddress() {
   });
 }
 
-/** @param {string} to a lineage @param {string|null} id */
-async function goTo(to, id) {
+/** Shows a generation of any lineage. @param {string} to a lineage @param {string|null} id */
+export async function goTo(to, id) {
   if (to !== lineageStore.lineage.value?.id) return open(to, id);
   if (!id || id === lineageStore.shownId.value) return;
   if (id === undoId()) return show(id, "undo");
@@ -206,19 +239,19 @@ async function goTo(to, id) {
   return show(id, "visit");
 }
 
-/** @param {Lineage} of @param {string} name */
-export async function rename(of, name) {
-  const renamed = await api.patchLineage(of, { name });
+/** Stores a changed lineage in the list, and as the open one if it is. @param {Lineage} changed */
+export function replaceListed(changed) {
   lineageStore.lineages.value = lineageStore.lineages.value.map((one) =>
-    one.id === renamed.id ? renamed : one,
+    one.id === changed.id ? { ...one, ...changed } : one,
   );
-  if (lineageStore.lineage.value?.id === renamed.id) lineageStore.lineage.value = renamed;
+  if (lineageStore.lineage.value?.id === changed.id) lineageStore.lineage.value = changed;
 }
 
 /** @param {Lineage} of */
 export async function hide(of) {
   await api.hideLineage(of);
   lineageStore.lineages.value = lineageStore.lineages.value.filter((one) => one.id !== of.id);
+  lineageStore.found.value = lineageStore.found.value.filter((one) => one.id !== of.id);
   if (lineageStore.lineage.value?.id !== of.id) return;
   await openNewest();
 }
@@ -247,6 +280,9 @@ export function watchLineage() {
   effect(() => {
     if (lineageStore.lineage.value)
       saveSetting(`locks.${lineageStore.lineage.value.id}`, lineageStore.locks.value);
+  });
+  effect(() => {
+    if (lineageStore.lineage.value) saveSetting("lineage", lineageStore.lineage.value.id);
   });
   effect(() => {
     const name = lineageStore.lineage.value?.name;

@@ -56,6 +56,23 @@ export async function startFrom(preset) {
 }
 
 /**
+ * Opens a new lineage for a genome, with the genome's dialect.
+ * @param {string} hash
+ * @param {string} name of the lineage
+ * @param {string} [scene] default: the scene of the open lineage
+ */
+export async function startFromGenome(hash, name, scene) {
+  const { dialect } = await api.getGenome(hash);
+  const length = dialect.length && Math.max(100, dialect.length);
+  await create(name, {
+    dialect: { ...dialect, length },
+    saturation: 1,
+    scene,
+    begin: (id) => beginWith(id, { genomes: [hash] }),
+  });
+}
+
+/**
  * Imports a preset into the open lineage, and crosses it with the centre.
  * @param {Preset} preset
  */
@@ -161,13 +178,7 @@ async function importGenomeFile(file) {
       unlockAll();
       return breedFrom(made, of.scene);
     }
-    const { dialect } = await api.getGenome(hash);
-    const length = dialect.length && Math.max(100, dialect.length);
-    await create(file.name.replace(/\.[^.]*$/, ""), {
-      dialect: { ...dialect, length },
-      saturation: 1,
-      begin: (id) => beginWith(id, { genomes: [hash] }),
-    });
+    await startFromGenome(hash, file.name.replace(/\.[^.]*$/, ""));
     pageStore.announcement.value = `${file.name}: opened in a new lineage, because its dialect differs.`;
   });
 }

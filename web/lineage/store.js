@@ -42,6 +42,13 @@ export const centreOf = (of) => (isEdit(of) ? null : of.centre) ?? of.individual
 class LineageStore {
   /** @type {Signal<Lineage[]>} */
   lineages = signal([]);
+  /**
+   * Filter of the list of lineages.
+   * @type {Signal<{search: string, hidden: boolean}>}
+   */
+  listFilter = signal({ search: "", hidden: false });
+  /** Lineages that the filter selects. @type {Signal<Lineage[]>} */
+  found = signal([]);
   /** The open lineage. @type {Signal<Lineage|null>} */
   lineage = signal(null);
   /**

@@ -35,6 +35,8 @@ class PageStore {
   presetsOpen = signal(false);
   /** @type {Signal<boolean>} */
   helpOpen = signal(false);
+  /** Lineages of others, reported on a first visit until dismissed. @type {Signal<number>} */
+  othersFound = signal(0);
   /** True for a surround of 18 % grey, false for near-black. @type {Signal<boolean>} */
   greySurround = signal(false);
   /** @type {Signal<boolean>} */

@@ -43,17 +43,23 @@ test("parse returns what format wrote", () => {
     lineage: "a-1",
     generation: "b-2",
     search: null,
+    favourites: null,
   });
-  assert.deepEqual(parse(format("a-1", null)), { lineage: "a-1", generation: null, search: null });
-  assert.deepEqual(parse(""), { lineage: null, generation: null, search: null });
+  const none = { lineage: null, generation: null, search: null, favourites: null };
+  assert.deepEqual(parse(format("a-1", null)), { ...none, lineage: "a-1" });
+  assert.deepEqual(parse(""), none);
+  assert.equal(format("a-1", "b-2", null, "all"), "#/lineage/a-1/generation/b-2/favourites/all");
+  assert.deepEqual(parse("#/favourites/a-1"), { ...none, favourites: "a-1" });
   assert.deepEqual(parse(format("a-1", "b-2", "c-3")), {
     lineage: "a-1",
     generation: "b-2",
     search: "c-3",
+    favourites: null,
   });
   assert.deepEqual(parse(format(null, null, "all")), {
     lineage: null,
     generation: null,
     search: "all",
+    favourites: null,
   });
 });

@@ -2,9 +2,10 @@
 import { pageStore } from "../page/store.js";
 import { Bar } from "./bar.js";
 import { Comparison } from "./compare/comparison.js";
+import { Favourites } from "./favourites/favourites.js";
 import { Frames } from "./frames.js";
 import { Help } from "./help.js";
-import { Hint, Mating } from "./hint.js";
+import { Hint, Mating, Others } from "./hint.js";
 import { html } from "./html.js";
 import { Knobs } from "./knobs.js";
 import { Details } from "./lineage/details.js";
@@ -41,6 +42,7 @@ export function App() {
         <div class="field"><${Frames} /></div>
         <${ProblemBox} place="stage" />
         <${LockSign} /><${TwinsWarning} />
+        <${Others} />
         <${Hint} />
         <${Mating} />
       </main>
@@ -50,6 +52,7 @@ export function App() {
     <${Lineages} />
     <${Presets} />
     <${Searches} />
+    <${Favourites} />
     <${Inspector} />
     <${Comparison} />
     <${Help} />

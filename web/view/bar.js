@@ -1,10 +1,14 @@
-/** The bar at the top: lineage, undo, redo, re-roll, presets, searches, status, link, panes. */
+/**
+ * The bar at the top: lineage, undo, redo, re-roll, presets, favourites, searches, status, link,
+ * panes.
+ */
 import { breedRandom, reroll } from "../lineage/breed.js";
 import { redo, redoId, undo, undoId } from "../lineage/generations.js";
 import { twinsInWords } from "../lineage/locks.js";
 import { FRAMES, lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
 import { sceneStore } from "../scene/store.js";
+import { openFavourites } from "../favourites/list.js";
 import { openSearches } from "../search/searches.js";
 import { searchStore } from "../search/store.js";
 import { html } from "./html.js";
@@ -43,12 +47,13 @@ function status() {
 }
 
 /**
- * @param {{id: string, sign: string, name: string, keys?: string, disabled?: boolean, onClick: ()
- *   => unknown}} props
+ * @param {{id: string, sign: string, name: string, keys?: string, known?: boolean, disabled?:
+ *   boolean, onClick: () => unknown}} props `known`: true if the sign says enough where room is
+ *   short
  */
-function ActionButton({ id, sign, name, keys, disabled, onClick }) {
+function ActionButton({ id, sign, name, keys, known = false, disabled, onClick }) {
   return html`
-    <button type="button" data-testid=${id} disabled=${disabled} aria-label=${name} title=${keys ? `${name} (${keys})` : name} onClick=${onClick}>
+    <button type="button" class=${known ? "sign" : undefined} data-testid=${id} disabled=${disabled} aria-label=${name} title=${keys ? `${name} (${keys})` : name} onClick=${onClick}>
       <span aria-hidden="true">${sign}</span><span class="word" aria-hidden="true"> ${name}</span>
     </button>
   `;
@@ -63,10 +68,11 @@ export function Bar() {
         <span class="cut">${lineageStore.lineage.value?.name ?? "lineages"}</span> ${lineageStore.lineage.value?.dialect.length === 0 && html`<span class="kind">models</span>`} <span aria-hidden="true">▾</span>
       </button>
       <div class="actions" role="group" aria-label="History and breeding">
-        <${ActionButton} id="undo" sign="↶" name="Undo" keys="Ctrl+Z" disabled=${!can.undo} onClick=${undo} />
-        <${ActionButton} id="redo" sign="↷" name="Redo" keys="Ctrl+Shift+Z" disabled=${!can.redo} onClick=${redo} />
-        <${ActionButton} id="reroll" sign="⟳" name="Re-roll" disabled=${!lineageStore.generation.value} onClick=${reroll} />
+        <${ActionButton} id="undo" sign="↶" name="Undo" keys="Ctrl+Z" known disabled=${!can.undo} onClick=${undo} />
+        <${ActionButton} id="redo" sign="↷" name="Redo" keys="Ctrl+Shift+Z" known disabled=${!can.redo} onClick=${redo} />
+        <${ActionButton} id="reroll" sign="⟳" name="Re-roll" known disabled=${!lineageStore.generation.value} onClick=${reroll} />
         <${ActionButton} id="presets" sign="◐" name="Presets" onClick=${() => (pageStore.presetsOpen.value = true)} />
+        <${ActionButton} id="favourites" sign="★" name="Favourites" keys="V" onClick=${() => openFavourites()} />
         <${ActionButton} id="searches" sign="◎" name=${searchStore.runningCount.value > 0 ? `Searches · ${searchStore.runningCount.value}` : "Searches"} keys="S" onClick=${() => openSearches()} />
         <${ActionButton} id="afresh" sign="✳" name="New random brood" disabled=${!lineageStore.lineage.value} onClick=${breedRandom} />
       </div>

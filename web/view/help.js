@@ -25,6 +25,7 @@ const GROUPS = [
     [["X"], "flip between A and B, or result and target; hold to glance"],
     [["T"], "flip between the centre and the target of a search"],
     [["C"], "compare materials side by side, measured"],
+    [["V"], "favourites of all lineages"],
     [["S"], "searches"],
     [["Esc"], "cancel a gesture, the mate, the comparison"],
     [["?"], "this list"],

@@ -6,6 +6,7 @@
 import { flipKeyB, pinCell, unpin } from "../compare/ab.js";
 import { openComparison } from "../compare/comparison.js";
 import { compareStore } from "../compare/store.js";
+import { openFavourites } from "../favourites/list.js";
 import { nameOf, pick, toggleFavourite, toggleMate } from "../lineage/breed.js";
 import { redo, undo } from "../lineage/generations.js";
 import { inspectCell } from "../lineage/inspector.js";
@@ -142,6 +143,10 @@ function keyAlone(event) {
   enterFrames(event);
   if (isPlain(event, "c") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
     openComparison();
+    event.preventDefault();
+  }
+  if (isPlain(event, "v") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {
+    openFavourites();
     event.preventDefault();
   }
   if (isPlain(event, "s") && !event.repeat && !inDialog(event.target) && !takesText(event.target)) {

@@ -48,6 +48,8 @@ pub struct IndividualDetail {
     pub lineage: LineageId,
     /// Id of its generation.
     pub generation: GenerationId,
+    /// Position of its generation in the lineage, from 0.
+    pub generation_index: u64,
     /// Automatic exposure over the whole light circle of the lineage's scene, in EV. Present only
     /// in `GET /v1/individuals/{id}`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

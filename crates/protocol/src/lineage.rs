@@ -1,9 +1,9 @@
 //! Requests and responses for lineages.
 
 use brood_genome::Dialect;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use crate::{LineageId, SceneId};
+use crate::{IndividualId, LineageId, SceneId};
 
 /// Body of `POST /v1/lineages`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
@@ -14,6 +14,9 @@ pub struct CreateLineage {
     /// Notes, up to 10,000 characters. Default: empty.
     #[serde(default)]
     pub notes: String,
+    /// Tags: up to 12 of 1 to 30 characters, without commas. Default: none.
+    #[serde(default)]
+    pub tags: Vec<String>,
     /// Scene of the thumbnails. Default: the built-in scene.
     pub scene: Option<SceneId>,
     /// Side of the thumbnails in pixels, 16 to 1024. Default: 256.
@@ -29,6 +32,11 @@ pub struct CreateLineage {
     /// True to put random children under the energy limit. Default: false.
     #[serde(default)]
     pub energy_limit: bool,
+}
+
+/// Reads a field that is present; `Some(None)` if it is null.
+fn given<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Option<IndividualId>>, D::Error> {
+    Option::deserialize(from).map(Some)
 }
 
 fn default_thumbnail_px() -> u32 {
@@ -47,6 +55,14 @@ pub struct PatchLineage {
     pub name: Option<String>,
     /// New notes, up to 10,000 characters.
     pub notes: Option<String>,
+    /// New tags in place of the present ones: up to 12 of 1 to 30 characters, without commas.
+    pub tags: Option<Vec<String>>,
+    /// True to hide the lineage from lists, false to restore it.
+    pub hidden: Option<bool>,
+    /// Individual of the lineage whose picture becomes the cover; null for the default cover.
+    #[serde(default, deserialize_with = "given", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<IndividualId>)]
+    pub cover_individual: Option<Option<IndividualId>>,
     /// New scene, for all thumbnails of the lineage.
     pub scene: Option<SceneId>,
     /// New colour saturation of random children, 0 to 1.
@@ -61,8 +77,8 @@ pub struct ListedLineage {
     /// The lineage.
     #[serde(flatten)]
     pub lineage: Lineage,
-    /// Path of the cover picture: of the newest favourite, else of the newest generation's centre
-    /// or first child.
+    /// Path of the cover picture: of the chosen individual, else of the newest favourite, else of
+    /// the newest generation's centre or first child.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cover: Option<String>,
 }
@@ -76,6 +92,13 @@ pub struct Lineage {
     pub name: String,
     /// Notes.
     pub notes: String,
+    /// Tags, as they were written.
+    pub tags: Vec<String>,
+    /// True if lists leave it out.
+    pub hidden: bool,
+    /// Individual that was chosen as the cover. Absent if none was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cover_individual: Option<IndividualId>,
     /// Id of the scene of its thumbnails.
     pub scene: SceneId,
     /// Side of its thumbnails in pixels.
@@ -89,6 +112,8 @@ pub struct Lineage {
     pub energy_limit: bool,
     /// Number of generations.
     pub generations: u64,
+    /// Number of favourites.
+    pub favourites: u64,
     /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,
     /// Number of changes; also the ETag.

@@ -1,6 +1,7 @@
 //! Generations: the transaction that inserts one, and the history. Owner of the tables `generation`
 //! and `generation_parent`. Independent of how children are bred.
 
+use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
 use brood_genome::{GenomeHash, ModelKind};
@@ -183,6 +184,23 @@ impl Store {
         let row = query.fetch_one(&mut *conn).await?;
         let mut generations = read_with_relations(&mut conn, std::slice::from_ref(&row)).await?;
         generations.pop().ok_or(StorageError::NotFound)
+    }
+
+    /// Returns the positions of generations in their lineages. Unknown generations are left out.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
+    pub async fn generation_indices(
+        &self,
+        ids: &[GenerationId],
+    ) -> Result<HashMap<GenerationId, u64>, StorageError> {
+        let query = sqlx::query(
+            "SELECT id, position FROM generation
+             WHERE id IN (SELECT unhex(value) FROM json_each(?))",
+        )
+        .bind(json_set(ids));
+        let rows = query.fetch_all(&mut *self.reader().await?).await?;
+        rows.iter().map(|row| Ok((row.column("id")?, row.column("position")?))).collect()
     }
 
     /// Lists the generations of a lineage, the oldest first, those after `after_index`.

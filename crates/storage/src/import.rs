@@ -21,6 +21,8 @@ pub struct NewImport {
     pub generations: Vec<NewGeneration>,
     /// Favourites and notes of its individuals.
     pub marks: Vec<(IndividualId, PatchIndividual)>,
+    /// Individual that is the cover, if one was chosen.
+    pub cover: Option<IndividualId>,
     /// Idempotency record to be stored with it.
     pub idempotency: Option<Idempotency>,
 }
@@ -51,6 +53,9 @@ impl Store {
                 .execute(&mut *conn)
                 .await?;
                 changed(&done, StorageError::NotFound)?;
+            }
+            if let Some(cover) = new.cover {
+                lineage::set_cover(conn, new.lineage.id, cover).await?;
             }
             lineage::fetch(conn, new.lineage.id).await
         }))

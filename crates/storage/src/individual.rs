@@ -54,6 +54,7 @@ record! {
 
 /// Cover of each lineage of a set; NULL if it has no individuals.
 const COVERS: &str = "SELECT lineage.id, coalesce(
+         lineage.cover_id,
          (SELECT max(individual.id) FROM individual
           WHERE individual.favourite = 1 AND individual.lineage_id = lineage.id),
          (SELECT coalesce(generation.centre_id,
@@ -62,9 +63,11 @@ const COVERS: &str = "SELECT lineage.id, coalesce(
           FROM generation WHERE generation.lineage_id = lineage.id
           ORDER BY position DESC LIMIT 1)) AS cover_id
      FROM lineage WHERE lineage.id IN (SELECT unhex(value) FROM json_each(?))";
-const FAVOURITES: &str = "WHERE individual.favourite = 1 AND (?1 IS NULL OR individual.id < ?1)
-         AND EXISTS (SELECT 1 FROM lineage WHERE id = individual.lineage_id AND hidden = 0)
-     ORDER BY individual.id DESC LIMIT ?2";
+/// Condition of favourites in visible lineages, and in lineage `?3`: two statements, so that each
+/// uses its index.
+const IN_VISIBLE: &str =
+    "EXISTS (SELECT 1 FROM lineage WHERE id = individual.lineage_id AND hidden = 0)";
+const IN_LINEAGE: &str = "individual.lineage_id = ?3";
 
 /// Query for individuals, to be read by [`with_parents`]; `rest` is its end. `unread_bytes` are the
 /// genome's bytes if only they have its layers.
@@ -96,8 +99,9 @@ impl Store {
         ids.iter().map(|id| found.get(id).cloned().ok_or(StorageError::NotFound)).collect()
     }
 
-    /// Returns the cover of each of these lineages: the newest favourite, else the newest
-    /// generation's centre or first child. Lineages without individuals are left out.
+    /// Returns the cover of each of these lineages: the chosen individual, else the newest
+    /// favourite, else the newest generation's centre or first child. Lineages without individuals
+    /// are left out.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
@@ -150,7 +154,8 @@ impl Store {
         .await
     }
 
-    /// Lists the favourites of visible lineages, the youngest first, after the cursor.
+    /// Lists the favourites of all visible lineages, or of one that may be hidden, the youngest
+    /// first, after the cursor.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
@@ -158,9 +163,18 @@ impl Store {
         &self,
         cursor: Option<IndividualId>,
         limit: u32,
+        lineage: Option<LineageId>,
     ) -> Result<Vec<StoredIndividual>> {
         let mut conn = self.snapshot().await?;
-        let query = select_individuals(FAVOURITES).bind(optional_key(cursor)).bind(limit);
+        let place = if lineage.is_some() { IN_LINEAGE } else { IN_VISIBLE };
+        let mut query = select_individuals(&format!(
+            "WHERE individual.favourite = 1 AND (?1 IS NULL OR individual.id < ?1) AND {place}
+             ORDER BY individual.id DESC LIMIT ?2"
+        ));
+        query = query.bind(optional_key(cursor)).bind(limit);
+        if let Some(lineage) = lineage {
+            query = query.bind(lineage.key().to_vec());
+        }
         let rows = query.fetch_all(&mut *conn).await?;
         with_parents(&mut conn, &rows).await
     }

@@ -56,7 +56,7 @@ pub use idempotency::{Idempotency, IdempotencyLookup};
 pub use import::NewImport;
 pub use individual::StoredIndividual;
 pub use job::{ClaimedJob, FIRST_EPOCH, JobState, NewJob, Queue, QueueDepth, StoredJob};
-pub use lineage::{InvalidCursor, LineageCursor};
+pub use lineage::{InvalidCursor, LineageCursor, LineageFilter};
 pub use mesh::StoredMesh;
 pub use picture::{NewPicture, StoredPicture};
 pub use search::{NewSearch, SearchChange, StoredSearch};

@@ -4,7 +4,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_protocol::{Lineage, LineageId, PatchLineage};
+use brood_protocol::{IndividualId, Lineage, LineageId, PatchLineage};
 use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
@@ -51,22 +51,57 @@ impl FromStr for LineageCursor {
     }
 }
 
+/// Rows per read of a search.
+const SEARCH_BATCH: u32 = 200;
+
+/// Selection of lineages for a list.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct LineageFilter {
+    /// True for hidden lineages only, false for visible ones only; both by default.
+    pub hidden: Option<bool>,
+    /// Words in lower case; each must occur in the name, the notes or a tag.
+    words: Vec<String>,
+}
+
+impl LineageFilter {
+    /// Selects by visibility, and by words that are separated by spaces.
+    #[must_use]
+    pub fn new(hidden: Option<bool>, search: &str) -> Self {
+        let words = search.split_whitespace().map(str::to_lowercase).collect();
+        Self { hidden, words }
+    }
+
+    fn selects(&self, lineage: &Lineage) -> bool {
+        if self.words.is_empty() {
+            return true;
+        }
+        let Lineage { name, notes, tags, .. } = lineage;
+        let text = format!("{name}\n{notes}\n{}", tags.join("\n")).to_lowercase();
+        self.words.iter().all(|word| text.contains(word))
+    }
+}
+
 record!(Lineage {
     id,
     name,
     notes,
+    tags = "tags_json",
+    hidden,
+    cover_individual = "cover_id",
     scene = "scene_id",
     thumbnail_px,
     dialect = "dialect_json",
     saturation,
     energy_limit,
     generations = "(SELECT count(*) FROM generation WHERE lineage_id = lineage.id)",
+    favourites = "(SELECT count(*) FROM individual WHERE lineage_id = lineage.id AND favourite = 1)",
     created_ms,
     version,
 });
 
 impl Store {
-    /// Stores a new lineage and returns it as stored. Its `generations` and `version` are not read.
+    /// Stores a new lineage and returns it as stored. Its `hidden`, `cover_individual`,
+    /// `generations`, `favourites` and `version` are not read.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the scene does not exist, [`StorageError::Conflict`]
@@ -84,27 +119,30 @@ impl Store {
         .await
     }
 
-    /// Lists lineages, the newest first, after the cursor.
+    /// Lists the lineages that a filter selects, the newest first, after the cursor.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn list_lineages(
         &self,
-        cursor: Option<LineageCursor>,
+        mut cursor: Option<LineageCursor>,
         limit: u32,
-        include_hidden: bool,
+        filter: &LineageFilter,
     ) -> Result<Vec<Lineage>> {
-        // Two statements, so that SQLite starts at the cursor in the index.
-        let after = if cursor.is_some() { "AND (created_ms, id) < (?3, ?4)" } else { "" };
-        let mut query = select::<Lineage>(&format!(
-            "FROM lineage WHERE (hidden = 0 OR ?1) {after}
-             ORDER BY created_ms DESC, id DESC LIMIT ?2"
-        ));
-        query = query.bind(include_hidden).bind(limit);
-        if let Some(LineageCursor { created_ms, id }) = cursor {
-            query = query.bind(created_ms).bind(id.key().to_vec());
+        let mut conn = self.snapshot().await?;
+        let mut found = Vec::new();
+        // A search reads batches until it has enough: SQLite folds only the case of ASCII letters.
+        let batch = if filter.words.is_empty() { limit } else { limit.max(SEARCH_BATCH) };
+        loop {
+            let read = fetch_after(&mut conn, cursor, batch, filter.hidden).await?;
+            let is_last = read.len() < batch as usize;
+            cursor = read.last().map(LineageCursor::of);
+            found.extend(read.into_iter().filter(|one| filter.selects(one)));
+            if is_last || found.len() >= limit as usize {
+                found.truncate(limit as usize);
+                return Ok(found);
+            }
         }
-        query.fetch_all(&mut *self.reader().await?).await?.iter().map(Lineage::read).collect()
     }
 
     /// Returns a lineage, hidden or not.
@@ -119,7 +157,7 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::StaleVersion`] if its version is not `expected_version`,
-    /// [`StorageError::NotFound`] if it or the new scene does not exist.
+    /// [`StorageError::NotFound`] if it, the new scene or the new cover does not exist.
     pub async fn patch_lineage(
         &self,
         id: LineageId,
@@ -129,6 +167,8 @@ impl Store {
         self.write(operation!(|conn| {
             let done = sqlx::query(
                 "UPDATE lineage SET name = coalesce(?, name), notes = coalesce(?, notes),
+                     tags_json = coalesce(?, tags_json), hidden = coalesce(?, hidden),
+                     cover_id = CASE WHEN ? THEN ? ELSE cover_id END,
                      scene_id = coalesce(?, scene_id), saturation = coalesce(?, saturation),
                      energy_limit = coalesce(?, energy_limit),
                      version = version + 1
@@ -136,6 +176,10 @@ impl Store {
             )
             .bind(patch.name)
             .bind(patch.notes)
+            .bind(patch.tags.as_deref().map(tags_json))
+            .bind(patch.hidden)
+            .bind(patch.cover_individual.is_some())
+            .bind(optional_key(patch.cover_individual.flatten()))
             .bind(optional_key(patch.scene))
             .bind(patch.saturation)
             .bind(patch.energy_limit)
@@ -163,18 +207,43 @@ impl Store {
     }
 }
 
+/// Reads a batch of lineages, the newest first.
+async fn fetch_after(
+    conn: &mut SqliteConnection,
+    cursor: Option<LineageCursor>,
+    limit: u32,
+    hidden: Option<bool>,
+) -> Result<Vec<Lineage>> {
+    // Two statements, so that SQLite starts at the cursor in the index.
+    let after = if cursor.is_some() { "AND (created_ms, id) < (?3, ?4)" } else { "" };
+    let mut query = select::<Lineage>(&format!(
+        "FROM lineage WHERE hidden = coalesce(?1, hidden) {after}
+         ORDER BY created_ms DESC, id DESC LIMIT ?2"
+    ));
+    query = query.bind(hidden).bind(limit);
+    if let Some(LineageCursor { created_ms, id }) = cursor {
+        query = query.bind(created_ms).bind(id.key().to_vec());
+    }
+    query.fetch_all(conn).await?.iter().map(Lineage::read).collect()
+}
+
+fn tags_json(tags: &[String]) -> String {
+    serde_json::to_string(tags).expect("tags are plain data")
+}
+
 /// Inserts a lineage.
 pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result<()> {
     let dialect = serde_json::to_string(&new.dialect).expect("a dialect is plain data");
     sqlx::query(
         "INSERT INTO lineage
-             (id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, energy_limit,
-              created_ms)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+             (id, name, notes, tags_json, scene_id, thumbnail_px, dialect_json, saturation,
+              energy_limit, created_ms)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(new.id.key())
     .bind(new.name.as_str())
     .bind(new.notes.as_str())
+    .bind(tags_json(&new.tags))
     .bind(new.scene.key())
     .bind(new.thumbnail_px)
     .bind(dialect)
@@ -183,6 +252,17 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result
     .bind(new.created_ms)
     .execute(conn)
     .await?;
+    Ok(())
+}
+
+/// Chooses the cover of a lineage.
+pub(crate) async fn set_cover(
+    conn: &mut SqliteConnection,
+    id: LineageId,
+    cover: IndividualId,
+) -> Result<()> {
+    let query = sqlx::query("UPDATE lineage SET cover_id = ? WHERE id = ?");
+    query.bind(cover.key()).bind(id.key()).execute(conn).await?;
     Ok(())
 }
 

@@ -72,7 +72,7 @@ columns! {
     String => Backend, Curation, LightAssetKind, PictureFormat, SearchState:
         |name| Self::from_name(&name);
     String => PixelArea: |text| text.parse().ok();
-    String => Dialect, FoundMaterial, Locks, SearchOptions, Target, Vec<FoundMaterial>:
+    String => Dialect, FoundMaterial, Locks, SearchOptions, Target, Vec<FoundMaterial>, Vec<String>:
         |json| serde_json::from_str(&json).ok();
     Vec<u8> => Vec<u8>: Some;
     Vec<u8> => [u8; 32]: |bytes| bytes.try_into().ok();

@@ -6,7 +6,7 @@ use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_eval::express;
 use brood_export::{Format, export_within};
-use brood_genome::RANGE;
+use brood_genome::{GenomeHash, RANGE};
 use brood_protocol::IndividualId;
 use http::{HeaderMap, HeaderValue, Request, header};
 use serde::Deserialize;
@@ -112,22 +112,7 @@ pub async fn get(
 ) -> Result<Response, ApiError> {
     let (format, within) = (parse_format(&format)?, query.within()?);
     let individual = app.store.individual(id).await?;
-    let material = app.library.material(individual.hash).await?;
-    let limited = query.energy_limit.unwrap_or(material.genome.is_limited());
-    let is_as_bred = limited == material.genome.is_limited();
-    let text = if is_as_bred && material.program.layers().is_empty() {
-        export_within(&material.program, format, within)
-    } else {
-        // The limit needs a numeric search, and models with tables take milliseconds to prepare.
-        let print = move || {
-            if is_as_bred {
-                return export_within(&material.program, format, within);
-            }
-            let program = express(&material.genome.clone().with_limit(limited));
-            export_within(&program, format, within)
-        };
-        app.processors.run(print).await?
-    };
+    let text = text(&app, individual.hash, format, query.energy_limit, within).await?;
     let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
     let mut response = head.answer(&headers, text);
@@ -137,4 +122,32 @@ pub async fn get(
         HeaderValue::from_str(&name).expect("hashes and endings are letters, digits and dots");
     response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
     Ok(response)
+}
+
+/// Returns a stored genome as source code.
+///
+/// # Errors
+/// [`ApiError`] if the genome cannot be read.
+pub(super) async fn text(
+    app: &App,
+    hash: GenomeHash,
+    format: Format,
+    energy_limit: Option<bool>,
+    within: f32,
+) -> Result<String, ApiError> {
+    let material = app.library.material(hash).await?;
+    let limited = energy_limit.unwrap_or(material.genome.is_limited());
+    let is_as_bred = limited == material.genome.is_limited();
+    if is_as_bred && material.program.layers().is_empty() {
+        return Ok(export_within(&material.program, format, within));
+    }
+    // The limit needs a numeric search, and models with tables take milliseconds to prepare.
+    let print = move || {
+        if is_as_bred {
+            return export_within(&material.program, format, within);
+        }
+        let program = express(&material.genome.clone().with_limit(limited));
+        export_within(&program, format, within)
+    };
+    app.processors.run(print).await
 }

@@ -3,7 +3,7 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{IndividualDetail, IndividualId, Page, PatchIndividual};
+use brood_protocol::{IndividualDetail, IndividualId, LineageId, Page, PatchIndividual};
 use brood_storage::StoredIndividual;
 use serde::Deserialize;
 
@@ -26,13 +26,15 @@ const DEPTH_MAX: u32 = 10_000;
 pub struct FavouritesQuery {
     /// Must be true: only favourites can be listed.
     favourite: Option<bool>,
+    /// Lineage to list, hidden or not; default: all that are not hidden.
+    lineage: Option<LineageId>,
     /// `next` of the previous page.
     cursor: Option<String>,
     /// Items per page, 1 to 200; default 50.
     limit: Option<u32>,
 }
 
-/// Lists the favourites of all lineages, newest first.
+/// Lists the favourites of one lineage or all, newest first.
 #[utoipa::path(get, path = "/v1/individuals", tag = "individuals", params(FavouritesQuery),
     responses((status = 200, body = Page<IndividualDetail>)))]
 pub async fn list(
@@ -44,7 +46,11 @@ pub async fn list(
     }
     let paging = PageQuery { cursor: query.cursor, limit: query.limit };
     let limit = paging.limit()?;
-    let stored = app.store.favourites(paging.cursor()?, limit + 1).await?;
+    let cursor = paging.cursor()?;
+    if let Some(lineage) = query.lineage {
+        app.store.lineage(lineage).await?;
+    }
+    let stored = app.store.favourites(cursor, limit + 1, query.lineage).await?;
     present_page(&app, stored, limit).await
 }
 

@@ -4,10 +4,10 @@ use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{
-    CreateLineage, Lineage, LineageId, ListedLineage, Page, PatchLineage, SceneId,
+    CreateLineage, IndividualId, Lineage, LineageId, ListedLineage, Page, PatchLineage, SceneId,
 };
 use brood_scene::Scene;
-use brood_storage::LineageCursor;
+use brood_storage::{LineageCursor, LineageFilter};
 use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 
@@ -19,7 +19,7 @@ use crate::idempotency::IdempotencyKey;
 use crate::layer::token;
 use crate::limit;
 use crate::presenter::Presenter;
-use crate::problem::ApiError;
+use crate::problem::{ApiError, quote};
 use crate::state::App;
 
 const COLLECTION: &str = "/v1/lineages";
@@ -36,6 +36,7 @@ pub async fn create(
         let asked = body.value;
         check_name(&asked.name)?;
         check_length(&asked.notes, limit::NOTE_CHARS, "/notes")?;
+        check_tags(&asked.tags)?;
         check_saturation(asked.saturation)?;
         let sides = limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX;
         if !sides.contains(&asked.thumbnail_px) {
@@ -59,12 +60,16 @@ pub async fn create(
             id: LineageId::fresh(),
             name: asked.name,
             notes: asked.notes,
+            tags: asked.tags,
+            hidden: false,
+            cover_individual: None,
             scene,
             thumbnail_px: asked.thumbnail_px,
             dialect: asked.dialect,
             saturation: asked.saturation,
             energy_limit: asked.energy_limit,
             generations: 0,
+            favourites: 0,
             created_ms: now_ms(),
             version: 1,
         };
@@ -74,16 +79,41 @@ pub async fn create(
     .await
 }
 
+/// Page of lineages.
+#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct LineagesQuery {
+    /// Words that must all occur in the name, the notes or a tag, in any order; at most 200
+    /// characters. Upper and lower case are the same.
+    search: Option<String>,
+    /// True to list the hidden lineages instead of the others.
+    #[serde(default)]
+    hidden: bool,
+    /// `next` of the previous page.
+    cursor: Option<String>,
+    /// Items per page, 1 to 200; default 50.
+    limit: Option<u32>,
+}
+
 /// Lists the lineages that are not hidden, newest first.
-#[utoipa::path(get, path = "/v1/lineages", tag = "lineages", params(PageQuery),
+#[utoipa::path(get, path = "/v1/lineages", tag = "lineages", params(LineagesQuery),
     responses((status = 200, body = Page<ListedLineage>)))]
 pub async fn list(
     State(app): State<App>,
-    Query(query): Query<PageQuery>,
+    Query(query): Query<LineagesQuery>,
 ) -> Result<Json<Page<ListedLineage>>, ApiError> {
-    let limit = query.limit()?;
-    let cursor = query.cursor::<LineageCursor>()?;
-    let items = app.store.list_lineages(cursor, limit + 1, false).await?;
+    let paging = PageQuery { cursor: query.cursor, limit: query.limit };
+    let limit = paging.limit()?;
+    let cursor = paging.cursor::<LineageCursor>()?;
+    let search = query.search.unwrap_or_default();
+    let chars = search.chars().count();
+    if chars > limit::SEARCH_CHARS {
+        let words = format!("must have at most {} characters, got {chars}", limit::SEARCH_CHARS);
+        return Err(ApiError::bad_parameter("search", words));
+    }
+    let filter = LineageFilter::new(Some(query.hidden), &search);
+    let items = app.store.list_lineages(cursor, limit + 1, &filter).await?;
     let Page { items, next } =
         page(items, limit, |lineage| LineageCursor::of(lineage).to_string(), |lineage| lineage);
     let mut presenter = Presenter::new(&app);
@@ -100,7 +130,7 @@ pub async fn get(State(app): State<App>, Path(id): Path<LineageId>) -> Result<Re
     Ok(versioned(lineage.version, &lineage))
 }
 
-/// Changes a lineage's name, notes, scene, saturation or energy limit.
+/// Changes a lineage's name, notes, tags, scene, cover or defaults; hides or restores it.
 #[utoipa::path(patch, path = "/v1/lineages/{id}", tag = "lineages",
     params(("id" = LineageId, Path), ("If-Match" = String, Header, description = "ETag of the lineage as last read")),
     request_body = PatchLineage, responses((status = 200, body = Lineage)))]
@@ -116,6 +146,12 @@ pub async fn patch(
     }
     if let Some(notes) = &patch.notes {
         check_length(notes, limit::NOTE_CHARS, "/notes")?;
+    }
+    if let Some(tags) = &patch.tags {
+        check_tags(tags)?;
+    }
+    if let Some(Some(cover)) = patch.cover_individual {
+        check_cover(&app, id, cover).await?;
     }
     if let Some(saturation) = patch.saturation {
         check_saturation(saturation)?;
@@ -170,6 +206,42 @@ pub fn check_name(name: &str) -> Result<(), ApiError> {
         return Err(ApiError::refused(words).at("/name"));
     }
     check_length(name, limit::NAME_CHARS, "/name")
+}
+
+/// Checks that tags are few, short, different, and have no commas or control characters.
+///
+/// # Errors
+/// 422 if they are not.
+pub fn check_tags(tags: &[String]) -> Result<(), ApiError> {
+    let count = tags.len();
+    if count > limit::TAGS {
+        let words = format!("must have at most {} tags, got {count}", limit::TAGS);
+        return Err(ApiError::refused(words).at("/tags"));
+    }
+    for (index, tag) in tags.iter().enumerate() {
+        let pointer = format!("/tags/{index}");
+        if tag.trim() != tag || tag.is_empty() || tag.chars().any(|c| c == ',' || c.is_control()) {
+            let words = "a tag must have visible characters without commas, and no space around it";
+            return Err(ApiError::refused(words).at(pointer));
+        }
+        check_length(tag, limit::TAG_CHARS, &pointer)?;
+        let folded = tag.to_lowercase();
+        if tags[..index].iter().any(|one| one.to_lowercase() == folded) {
+            let words = format!("the tag {} is there twice", quote(tag));
+            return Err(ApiError::refused(words).at(pointer));
+        }
+    }
+    Ok(())
+}
+
+/// Checks that a cover is an individual of the lineage.
+async fn check_cover(app: &App, lineage: LineageId, cover: IndividualId) -> Result<(), ApiError> {
+    let pointer = "/cover_individual";
+    let one = app.store.individual(cover).await;
+    if one.map_err(|error| ApiError::from(error).at(pointer))?.lineage == lineage {
+        return Ok(());
+    }
+    Err(ApiError::refused("the cover must be an individual of this lineage").at(pointer))
 }
 
 /// Checks that a saturation is between 0 and 1.

@@ -70,6 +70,8 @@ pub async fn export(
         brood_lineage: form::VERSION,
         name: lineage.name,
         notes: lineage.notes,
+        tags: lineage.tags,
+        cover_individual: lineage.cover_individual.filter(|id| own.contains(id)),
         dialect: lineage.dialect,
         thumbnail_px: lineage.thumbnail_px,
         saturation: lineage.saturation,

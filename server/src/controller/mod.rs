@@ -1,11 +1,13 @@
 //! Request handlers, one file per resource: they parse the request, call the services and build the
 //! answer.
 
+pub mod archive;
 pub mod circle;
 pub mod comparison;
 pub mod event;
 pub mod export;
 mod file;
+mod file_name;
 pub mod generation;
 pub mod genome;
 pub mod geometry;

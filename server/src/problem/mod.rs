@@ -171,13 +171,11 @@ impl ApiError {
     }
 
     /// Status of the answer.
-    #[cfg(test)]
     pub fn status(&self) -> u16 {
         self.answer.problem.status
     }
 
     /// Problem of the answer.
-    #[cfg(test)]
     pub fn problem(&self) -> &Problem {
         &self.answer.problem
     }

@@ -5,12 +5,14 @@
  */
 import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
+import { openFavourites } from "../../favourites/list.js";
 import { nameOf, setNote } from "../../lineage/breed.js";
 import { presentEdit } from "../../lineage/edit.js";
 import { visit } from "../../lineage/generations.js";
 import { inspect } from "../../lineage/inspections.js";
 import { openInspector } from "../../lineage/inspector.js";
 import { isLayered } from "../../lineage/layers.js";
+import { toggleOwnCover } from "../../lineage/listed.js";
 import { lineageStore } from "../../lineage/store.js";
 import { albedoInWords, madeBy, reflectsInWords } from "../../page/format.js";
 import { guarded } from "../../page/problem.js";
@@ -81,6 +83,10 @@ export function watchDetails() {
   addEventListener("pagehide", saveNote);
 }
 
+/** True if an individual was born in the open lineage. @param {string} id */
+const ownIndividual = (id) =>
+  lineageStore.ordered.value.some((born) => born.individuals.some((one) => one.id === id));
+
 function Centre() {
   const of = lineageStore.centre.value;
   const within = lineageStore.generation.value;
@@ -101,6 +107,7 @@ function Centre() {
       ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}
       ${layers && html`<${EditButtons} />`}
       <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
+      ${ownIndividual(of.id) && html`<button type="button" class="start" data-testid="cover" aria-pressed=${lineageStore.lineage.value?.cover_individual === of.id} title="Show this picture in the list of lineages" onClick=${() => toggleOwnCover(of.id)}>Cover of this lineage</button>`}
       <button type="button" class="start" data-testid="search-from" title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>
       <${Exports} of=${of} name=${lineageStore.lineage.value?.name ?? ""} within=${within} place="centre" />
       <label class="note">Note
@@ -134,7 +141,7 @@ function Favourites() {
   const found = lineageStore.ordered.value.flatMap((born) => born.individuals.filter((one) => one.favourite).map((of) => ({ born, of })));
   return html`
     <section aria-labelledby="favourites">
-      <h2 id="favourites">Favourites</h2>
+      <div class="row"><h2 id="favourites" class="grow">Favourites</h2><button type="button" data-testid="favourites-of-all" title="Favourites of all lineages, large (V)" onClick=${() => openFavourites()}>All …</button></div>
       ${found.length === 0
         ? html`<p class="small">None yet. Mark one with the star on a frame, or F.</p>`
         : html`<ul class="gallery">${found.map(({ born, of }) => html`

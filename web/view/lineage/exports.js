@@ -3,26 +3,17 @@
  *
  * @import { ExportFormat, Generation, Individual, Place } from "../../model.js"
  */
-import * as api from "../../api/routes.js";
+import { listFormats } from "../../lineage/formats.js";
 import { lineageStore } from "../../lineage/store.js";
 import { meshPath } from "../../live/geometry.js";
 import { movingAngle } from "../../live/light_circle.js";
 import { fileName, slug } from "../../page/file_name.js";
-import { guarded } from "../../page/problem.js";
 import { SIDE_PX, requestedSize } from "../../page/size.js";
 import { sceneStore } from "../../scene/store.js";
 import { Switch, typed } from "../control.js";
 import { Download } from "../download.js";
 import { html } from "../html.js";
 import { viewStore } from "../store.js";
-
-/** Reads the list of languages for source code once. @param {Place} place */
-function listFormats(place) {
-  if (lineageStore.exportFormats.peek().length > 0) return;
-  void guarded(place, async () => {
-    lineageStore.exportFormats.value = await api.listExports();
-  }, true);
-}
 
 /**
  * An individual to export, and the name of its lineage or search. `isElsewhere`: true if it is not

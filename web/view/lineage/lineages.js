@@ -1,16 +1,16 @@
 /**
- * The dialog of lineages: open, new, rename, hide.
+ * The dialog of lineages: search, open, new, edit, hide, restore.
  *
  * @import { Lineage } from "../../model.js"
  */
-import * as api from "../../api/routes.js";
 import { forgetToken } from "../../api/session.js";
-import { STARTS, create, hide, open, rename } from "../../lineage/open.js";
+import { describe, listedLineages, restore, tagsIn } from "../../lineage/listed.js";
+import { STARTS, create, hide, open } from "../../lineage/open.js";
 import { lineageStore } from "../../lineage/store.js";
 import { fileName } from "../../page/file_name.js";
 import { clearProblems, guarded, runExclusive } from "../../page/problem.js";
 import { pageStore } from "../../page/store.js";
-import { Choice } from "../control.js";
+import { Choice, Switch, typed } from "../control.js";
 import { modal, shut } from "../dialog.js";
 import { Download } from "../download.js";
 import { openFiles } from "../file_drop.js";
@@ -27,14 +27,13 @@ const KINDS = [
 
 const opened = modal(() => {
   viewStore.startKind.value = "materials";
-  void guarded("lineages", async () => {
-    lineageStore.lineages.value = await api.listLineages();
-  });
 });
 
 function close() {
   viewStore.renaming.value = null;
   viewStore.hiding.value = null;
+  lineageStore.listFilter.value = { search: "", hidden: false };
+  pageStore.othersFound.value = 0;
   pageStore.lineagesOpen.value = false;
   clearProblems("lineages");
 }
@@ -50,31 +49,58 @@ function fieldOf(event, field) {
 const exclusively = (work) => () => void runExclusive("lineages", work);
 
 /** Selects the old name, so that typing replaces it. @param {HTMLInputElement|null} input */
-const selectName = (input) => input?.select();
+const selectName = (input) => {
+  if (input && document.activeElement !== input) input.select();
+};
 
 /** @param {{of: Lineage}} props */
 const Cover = ({ of }) => html`<span class="cover">${of.cover && html`<${ServerPicture} url=${of.cover} lazy />`}</span>`;
 
+/** @param {number} count @param {string} noun */
+const counted = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
+
+/** Facts of a lineage in a line. @param {Lineage} of */
+const factsOf = (of) =>
+  [
+    ...(of.dialect.length === 0 ? ["models"] : []),
+    counted(of.generations, "generation"),
+    ...(of.favourites > 0 ? [counted(of.favourites, "favourite")] : []),
+    new Date(of.created_ms).toLocaleDateString(),
+  ].join(" · ");
+
+/** Form for name, tags and notes. @param {{of: Lineage}} props */
+function Edit({ of }) {
+  const submit = (/** @type {Event} */ event) => {
+    const words = {
+      name: fieldOf(event, "name"),
+      tags: tagsIn(fieldOf(event, "tags")),
+      notes: fieldOf(event, "notes"),
+    };
+    void guarded("lineages", async () => {
+      await describe(of, words);
+      viewStore.renaming.value = null;
+    });
+  };
+  return html`
+    <li><form class="edit" onSubmit=${submit}>
+      <${Cover} of=${of} />
+      <div class="fields">
+        <label>Name <input type="text" name="name" maxlength="200" required defaultValue=${of.name} ref=${selectName} data-testid="lineage-rename-name" /></label>
+        <label>Tags, separated by commas <input type="text" name="tags" maxlength="400" defaultValue=${of.tags.join(", ")} data-testid="lineage-tags" /></label>
+        <label>Notes <textarea name="notes" rows="2" maxlength="10000" defaultValue=${of.notes} data-testid="lineage-notes"></textarea></label>
+        <div class="row end">
+          <button type="button" onClick=${() => (viewStore.renaming.value = null)}>Cancel</button>
+          <button type="submit" data-testid="lineage-edit-save">Save</button>
+        </div>
+      </div>
+    </form></li>
+  `;
+}
+
 /** @param {Lineage} of */
 function Row(of) {
   const now = of.id === lineageStore.lineage.value?.id;
-  if (viewStore.renaming.value === of.id) {
-    const submit = (/** @type {Event} */ event) => {
-      const name = fieldOf(event, "name");
-      void guarded("lineages", async () => {
-        if (name && name !== of.name) await rename(of, name);
-        viewStore.renaming.value = null;
-      });
-    };
-    return html`
-      <li key=${of.id}><form class="row" onSubmit=${submit}>
-        <${Cover} of=${of} />
-        <input type="text" name="name" aria-label="New name" maxlength="200" required defaultValue=${of.name} ref=${selectName} data-testid="lineage-rename-name" />
-        <button type="submit">Rename</button>
-        <button type="button" onClick=${() => (viewStore.renaming.value = null)}>Cancel</button>
-      </form></li>
-    `;
-  }
+  if (viewStore.renaming.value === of.id) return html`<${Edit} key=${of.id} of=${of} />`;
   if (viewStore.hiding.value === of.id) {
     return html`
       <li key=${of.id}><div class="row">
@@ -89,13 +115,40 @@ function Row(of) {
     <li key=${of.id}><div class="row">
       <${Cover} of=${of} />
       <button type="button" class=${now ? "grow on" : "grow"} aria-current=${now ? "true" : undefined} data-testid=${`lineage-open-${of.id}`} onClick=${exclusively(() => open(of.id, null))}>
-        <span class="cut">${of.name}</span> <span class="small">${of.dialect.length === 0 && "models · "}${new Date(of.created_ms).toLocaleDateString()}</span>
+        <span class="cut">${of.name}</span>
+        <span class="small facts-line">${factsOf(of)}</span>
+        ${of.tags.length > 0 && html`<span class="tags">${of.tags.map((tag) => html`<span key=${tag} class="tag">${tag}</span>`)}</span>`}
       </button>
       <${Download} button id=${`lineage-save-${of.id}`} text="Download" label=${`Download ${of.name}`} name=${fileName(of.name, of.id, "json")} place="lineages" path=${() => `/v1/lineages/${of.id}/file`} />
-      <button type="button" aria-label=${`Rename ${of.name}`} onClick=${() => (viewStore.renaming.value = of.id)}>Rename</button>
-      <button type="button" aria-label=${`Hide ${of.name}`} onClick=${() => (viewStore.hiding.value = of.id)}>Hide</button>
+      <button type="button" aria-label=${`Edit ${of.name}`} title="Name, tags and notes" onClick=${() => (viewStore.renaming.value = of.id)}>Edit</button>
+      ${of.hidden
+        ? html`<button type="button" data-testid=${`lineage-restore-${of.id}`} aria-label=${`Restore ${of.name}`} onClick=${exclusively(() => restore(of))}>Restore</button>`
+        : html`<button type="button" aria-label=${`Hide ${of.name}`} onClick=${() => (viewStore.hiding.value = of.id)}>Hide</button>`}
     </div></li>
   `;
+}
+
+/** Search by words, and the choice of hidden lineages. */
+function Search() {
+  const filter = lineageStore.listFilter.value;
+  const set = (/** @type {Partial<typeof filter>} */ change) => {
+    viewStore.renaming.value = null;
+    viewStore.hiding.value = null;
+    lineageStore.listFilter.value = { ...filter, ...change };
+  };
+  return html`
+    <div class="row" role="search" aria-label="Lineages">
+      <input type="search" class="grow" maxlength="200" aria-label="Search lineages" placeholder="search names, tags and notes" value=${filter.search} data-testid="lineage-search" onInput=${(/** @type {Event} */ event) => set({ search: typed(event).trimStart() })} />
+      <${Switch} id="lineage-hidden" name="Hidden" on=${filter.hidden} title="List the hidden lineages, to restore them" onInput=${(/** @type {boolean} */ hidden) => set({ hidden })} />
+    </div>
+  `;
+}
+
+/** Reason why the list is empty. */
+function nothingListed() {
+  const { search, hidden } = lineageStore.listFilter.value;
+  if (search) return `No ${hidden ? "hidden " : ""}lineage has these words.`;
+  return hidden ? "No lineage is hidden." : "No lineages yet.";
 }
 
 /** @param {Event} event */
@@ -114,9 +167,9 @@ function createNamed(event) {
 
 export function Lineages() {
   if (!pageStore.lineagesOpen.value) return null;
-  const newestFirst = [...lineageStore.lineages.value].sort((a, b) => b.created_ms - a.created_ms);
+  const listed = listedLineages();
   return html`
-    <dialog class="middling" ref=${opened} aria-labelledby="lineages-title" onClose=${close}>
+    <dialog class="middling of-lineages" ref=${opened} aria-labelledby="lineages-title" onClose=${close}>
       <h2 id="lineages-title">Lineages</h2>
       <form class="new" onSubmit=${createNamed}>
         <input type="text" name="name" aria-label="Name of a new lineage" placeholder="name of a new lineage" maxlength="200" required data-testid="lineage-name" />
@@ -129,7 +182,8 @@ export function Lineages() {
         <span>Open a saved lineage or a .brood file</span>
       </label>
       <${ProblemBox} place="lineages" />
-      <ul class="lineages">${newestFirst.map(Row)}</ul>
+      <${Search} />
+      ${listed.length > 0 ? html`<ul class="lineages" aria-label="Lineages, newest first">${listed.map(Row)}</ul>` : html`<p class="small lineages" role="status">${nothingListed()}</p>`}
       <div class="row end">
         ${pageStore.tokenGiven.value && html`<button type="button" data-testid="forget-token" onClick=${exclusively(forgetToken)}>Remove the token</button>`}
         <button type="button" onClick=${shut}>Close</button>

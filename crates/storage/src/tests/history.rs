@@ -2,14 +2,15 @@
 
 use brood_genome::ModelKind;
 use brood_protocol::{
-    GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual, PatchLineage, SceneId,
+    GenerationId, IndividualId, Lineage, LineageId, ParentRef, PatchIndividual, PatchLineage,
+    SceneId,
 };
 
 use super::{
     generation, genome, hash, idempotency, job, key, lineage, new_generation, new_lineage, open,
     picture, scene,
 };
-use crate::{LineageCursor, NewImport, Queue, StorageError};
+use crate::{LineageCursor, LineageFilter, NewImport, Queue, StorageError};
 
 #[tokio::test]
 async fn lineage_is_read_back_as_written() {
@@ -68,14 +69,15 @@ async fn lineages_are_paged_without_gaps_when_created_in_same_millisecond() {
     ids.reverse();
     let mut seen = Vec::new();
     let mut cursor = None;
+    let visible = LineageFilter::new(Some(false), "");
     loop {
-        let page = store.list_lineages(cursor, 2, false).await.unwrap();
+        let page = store.list_lineages(cursor, 2, &visible).await.unwrap();
         let Some(last) = page.last() else { break };
         cursor = Some(LineageCursor::of(last));
         seen.extend(page.iter().map(|one| (one.created_ms, one.id)));
     }
     assert_eq!(seen, ids);
-    assert_eq!(store.list_lineages(None, 50, true).await.unwrap().len(), 7);
+    assert_eq!(store.list_lineages(None, 50, &LineageFilter::default()).await.unwrap().len(), 7);
     assert_eq!(store.lineage(hidden).await.unwrap().id, hidden);
 }
 
@@ -91,7 +93,7 @@ async fn list_continues_when_lineage_of_cursor_is_purged() {
     places.sort_by_key(|place| std::cmp::Reverse((place.created_ms, place.id)));
     store.purge_lineage(places[1].id).await.unwrap();
     let cursor = places[1].to_string().parse().unwrap();
-    let rest = store.list_lineages(Some(cursor), 9, false).await.unwrap();
+    let rest = store.list_lineages(Some(cursor), 9, &LineageFilter::default()).await.unwrap();
     let rest: Vec<_> = rest.iter().map(LineageCursor::of).collect();
     assert_eq!(rest, places[2..]);
     for text in ["", "5", "5.", ".5", "x.y", &places[1].id.to_string()] {
@@ -199,9 +201,61 @@ async fn favourites_are_paged_youngest_first_without_hidden_lineages() {
     assert_eq!((unmarked.favourite, unmarked.note.as_str()), (false, "dull"));
     marked.remove(0);
     marked.reverse();
-    let first = store.favourites(None, 3).await.unwrap();
-    let rest = store.favourites(Some(first[2].id), 3).await.unwrap();
+    let first = store.favourites(None, 3, None).await.unwrap();
+    let rest = store.favourites(Some(first[2].id), 3, None).await.unwrap();
     assert_eq!([first, rest].concat(), marked);
+    let of_one = store.favourites(None, 9, Some(hidden)).await.unwrap();
+    assert!(of_one.len() == 3 && of_one.iter().all(|one| one.lineage == hidden), "{of_one:?}");
+    assert_eq!(store.lineage(hidden).await.unwrap().favourites, 3);
+}
+
+#[tokio::test]
+async fn lineages_are_found_by_words_of_name_notes_and_tags() {
+    let (_dir, store) = open().await;
+    let scene = scene(&store).await;
+    let mut ids = Vec::new();
+    for (number, name) in ["Étude in gold", "gold", "clay"].into_iter().enumerate() {
+        let new = new_lineage(name, scene, i64::try_from(number).unwrap());
+        let new = Lineage { tags: vec![format!("Tag {number}")], ..new };
+        ids.push(store.create_lineage(new, None).await.unwrap().id);
+    }
+    store.hide_lineage(ids[1]).await.unwrap();
+    let rows: [(Option<bool>, &str, &[LineageId]); 7] = [
+        (Some(false), "ÉTUDE", &[ids[0]]),
+        (Some(false), "gold", &[ids[0]]),
+        (None, " gold  étude ", &[ids[0]]),
+        (Some(true), "", &[ids[1]]),
+        (None, "tag 2", &[ids[2]]),
+        (None, "DUSK", &[ids[2], ids[1], ids[0]]),
+        (None, "gold clay", &[]),
+    ];
+    for (hidden, search, expected) in rows {
+        let filter = LineageFilter::new(hidden, search);
+        let found = store.list_lineages(None, 9, &filter).await.unwrap();
+        let found: Vec<_> = found.iter().map(|one| one.id).collect();
+        assert_eq!(found, expected, "{search}");
+    }
+    let filter = LineageFilter::new(None, "dusk");
+    let first = store.list_lineages(None, 1, &filter).await.unwrap();
+    let rest = store.list_lineages(Some(LineageCursor::of(&first[0])), 9, &filter).await.unwrap();
+    assert_eq!(rest.len(), 2);
+}
+
+#[tokio::test]
+async fn cover_is_the_chosen_individual_until_it_is_cleared() {
+    let (_dir, store) = open().await;
+    let id = lineage(&store).await;
+    let born = generation(&store, id, &[], "a").await.individuals;
+    let mark = PatchIndividual { favourite: Some(true), note: None };
+    store.patch_individual(born[1].id, 1, mark).await.unwrap();
+    let choose = |cover| PatchLineage { cover_individual: Some(cover), ..PatchLineage::default() };
+    for (version, chosen, expected) in [(1, Some(born[2].id), 2), (2, None, 1)] {
+        let changed = store.patch_lineage(id, version, choose(chosen)).await.unwrap();
+        assert_eq!(changed.cover_individual, chosen);
+        assert_eq!(store.covers(&[id]).await.unwrap()[&id].id, born[expected].id);
+    }
+    store.patch_lineage(id, 3, choose(Some(born[0].id))).await.unwrap();
+    store.purge_lineage(id).await.unwrap();
 }
 
 #[tokio::test]
@@ -213,6 +267,7 @@ async fn import_is_all_or_nothing() {
     let second = new_generation(lineage.id, &[ParentRef::Individual(parent)], "b");
     let mark = PatchIndividual { favourite: Some(true), note: None };
     let mut import = NewImport {
+        cover: None,
         lineage,
         genomes: Vec::new(),
         generations: vec![first, second],
@@ -226,7 +281,7 @@ async fn import_is_all_or_nothing() {
     import.marks = vec![(parent, mark)];
     let made = store.import_lineage(import).await.unwrap();
     assert_eq!((made.generations, made.name.as_str()), (2, "brought"));
-    assert_eq!(store.favourites(None, 5).await.unwrap()[0].id, parent);
+    assert_eq!(store.favourites(None, 5, None).await.unwrap()[0].id, parent);
 }
 
 #[tokio::test]

@@ -23,6 +23,12 @@ pub struct LineageFile {
     /// Free text.
     #[serde(default)]
     pub notes: String,
+    /// Tags.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tags: Vec<String>,
+    /// Individual of the file that was chosen as the cover.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cover_individual: Option<IndividualId>,
     /// Dialect of the genomes.
     #[schema(value_type = Object)]
     pub dialect: Dialect,

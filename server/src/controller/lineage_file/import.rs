@@ -18,7 +18,7 @@ use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, StoredMe
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
 use crate::breeding::{ADOPT, FIT};
 use crate::clock::now_ms;
-use crate::controller::lineage::{check_name, check_saturation};
+use crate::controller::lineage::{check_name, check_saturation, check_tags};
 use crate::controller::{check_length, light_asset, mesh};
 use crate::limit;
 use crate::problem::{ApiError, quote};
@@ -47,6 +47,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
     }
     check_name(&file.name)?;
     check_length(&file.notes, limit::NOTE_CHARS, "/notes")?;
+    check_tags(&file.tags)?;
     check_saturation(file.saturation)?;
     file.dialect.validate().map_err(|error| refuse("/dialect", &error.to_string()))?;
     if !(limit::PICTURE_MIN_PX..=limit::THUMBNAIL_PX).contains(&file.thumbnail_px) {
@@ -124,12 +125,16 @@ pub fn assemble(
         id: LineageId::fresh(),
         name: file.name,
         notes: file.notes,
+        tags: file.tags,
+        hidden: false,
+        cover_individual: None,
         scene,
         thumbnail_px: file.thumbnail_px,
         dialect: file.dialect,
         saturation: file.saturation,
         energy_limit: file.energy_limit,
         generations: file.generations.len() as u64,
+        favourites: 0,
         created_ms: now_ms(),
         version: 1,
     };
@@ -144,9 +149,16 @@ pub fn assemble(
     for (index, generation) in file.generations.into_iter().enumerate() {
         generations.push(assembly.generation(generation, &format!("/generations/{index}"))?);
     }
+    let cover = match file.cover_individual {
+        Some(id) => Some(*assembly.ids.get(&id).ok_or_else(|| {
+            let words = "the cover must be an individual of the file";
+            ApiError::refused(words).at("/cover_individual")
+        })?),
+        None => None,
+    };
     let marks = assembly.marks;
     let genomes = genomes.into_values().collect();
-    Ok(NewImport { lineage, genomes, generations, marks, idempotency: None })
+    Ok(NewImport { lineage, genomes, generations, marks, cover, idempotency: None })
 }
 
 struct Assembly<'a> {
