@@ -34,6 +34,7 @@ mod instruction;
 mod interpret;
 mod json;
 mod liveness;
+pub mod lobes;
 mod locks;
 mod opcode;
 mod operand;
