@@ -57,6 +57,7 @@ record!(Lineage {
     notes,
     scene = "scene_id",
     thumbnail_px,
+    start,
     dialect = "dialect_json",
     saturation,
     energy_limit,
@@ -168,15 +169,16 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result
     let dialect = serde_json::to_string(&new.dialect).expect("a dialect is plain data");
     sqlx::query(
         "INSERT INTO lineage
-             (id, name, notes, scene_id, thumbnail_px, dialect_json, saturation, energy_limit,
-              created_ms)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+             (id, name, notes, scene_id, thumbnail_px, start, dialect_json, saturation,
+              energy_limit, created_ms)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(new.id.key())
     .bind(new.name.as_str())
     .bind(new.notes.as_str())
     .bind(new.scene.key())
     .bind(new.thumbnail_px)
+    .bind(new.start.name())
     .bind(dialect)
     .bind(new.saturation)
     .bind(new.energy_limit)

@@ -10,7 +10,7 @@ mod queue;
 mod removal;
 mod search;
 
-use brood_genome::{Dialect, GenomeHash, Locks, ModelKind};
+use brood_genome::{Dialect, GenomeHash, Locks, ModelKind, Start};
 use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
     Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
@@ -66,6 +66,7 @@ fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> Lineage {
         notes: "seen at dusk".to_owned(),
         scene,
         thumbnail_px: 256,
+        start: Start::Wild,
         dialect: Dialect { isotropic: true, ..Dialect::default() },
         saturation: 0.1,
         energy_limit: true,

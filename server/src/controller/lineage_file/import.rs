@@ -18,7 +18,7 @@ use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, StoredMe
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
 use crate::breeding::{ADOPT, FIT};
 use crate::clock::now_ms;
-use crate::controller::lineage::{check_name, check_saturation};
+use crate::controller::lineage::{check_name, check_saturation, start_of};
 use crate::controller::{check_length, light_asset, mesh};
 use crate::limit;
 use crate::problem::{ApiError, quote};
@@ -120,13 +120,15 @@ pub fn assemble(
     genomes: BTreeMap<GenomeHash, NewGenome>,
     scene: SceneId,
 ) -> Result<NewImport, ApiError> {
+    let (start, dialect) = start_of(file.start, Some(file.dialect))?;
     let lineage = Lineage {
         id: LineageId::fresh(),
         name: file.name,
         notes: file.notes,
         scene,
         thumbnail_px: file.thumbnail_px,
-        dialect: file.dialect,
+        start,
+        dialect,
         saturation: file.saturation,
         energy_limit: file.energy_limit,
         generations: file.generations.len() as u64,

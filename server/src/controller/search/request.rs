@@ -236,6 +236,7 @@ async fn results_lineage(
         notes: String::new(),
         scene: crate::controller::scene::store(app, &Scene::default()).await?,
         thumbnail_px: THUMBNAIL_PX,
+        start: brood_genome::Start::of(&dialect),
         dialect,
         saturation: 1.0,
         energy_limit: true,
