@@ -73,7 +73,7 @@ async function wide(app) {
     assert.deepEqual([lineage.start, lineage.energy_limit], ["believable", true]);
     await shot("1-believable");
     const child = await app.generation(await app.becomes(() => app.cell(5).click()));
-    assert.ok(child.individuals.every(({ live_instructions: live }) => live === 22));
+    assert.ok(child.individuals.every(({ live_instructions: live }) => live === 18));
     await shot("1-believable-children");
   });
 

@@ -69,8 +69,9 @@ fn crossover_takes_parameters_of_both() {
         };
         assert_eq!(child(0.0), first);
         let all = parameters(&child(1.0));
-        assert_eq!(all.weights, parameters(&second).weights);
-        let colours = all.colours.iter().zip(&parameters(&second).colours);
+        let other = parameters(&second);
+        assert_eq!(all.weights, other.weights);
+        let colours = all.colours.iter().zip(&other.colours);
         for (a, b) in colours.flat_map(|(a, b)| a.iter().zip(b)) {
             assert!((a - b).abs() < 1e-5, "{a} {b}");
         }

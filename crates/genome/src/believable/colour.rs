@@ -72,5 +72,5 @@ fn pigment(
         let share = (2.0 - (place - 3.0).abs()).clamp(0.0, 1.0);
         value * (1.0 - saturation * (1.0 - share * share))
     };
-    [0.0, 4.0, 2.0].map(channel)
+    [3.0, 1.0, 5.0].map(channel)
 }
