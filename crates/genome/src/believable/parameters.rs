@@ -46,7 +46,8 @@ impl Parameters {
         let shape = structure::shape();
         let mut parameters = vec![0.0; shape.len()];
         for (weight, value) in structure::weights().iter().zip(self.weights) {
-            parameters[weight.index] = value;
+            // Lowering skips weights of 0, which would change the instructions.
+            parameters[weight.index] = if value.abs() < 1e-6 { 1e-6 } else { value };
         }
         for (term, colours) in self.colours.iter().enumerate() {
             for (channel, colour) in colours.iter().enumerate() {
@@ -72,7 +73,7 @@ impl Parameters {
             let (register, component) = places[at];
             f64::from(constants[register][component])
         };
-        let colour = |at: usize| libm::log2(value(WEIGHTS + at).max(1e-6));
+        let colour = |at: usize| libm::log2(value(WEIGHTS + at).max(1e-12));
         Some(Self {
             weights: std::array::from_fn(value),
             colours: [0, 1, 2, 3].map(|term| [0, 1, 2].map(|channel| colour(3 * term + channel))),
