@@ -17,6 +17,8 @@
  * @typedef {{opcodes: string, parametrisation: string, registers: number, length: number,
  *   isotropic?: boolean, homogeneous?: boolean}} Dialect
  *
+ * @typedef {api.Start} Start
+ *
  * @typedef {"r"|"g"|"b"} Channel
  *
  * @typedef {{layer: number, name: string}} ParameterLock

@@ -198,10 +198,13 @@ export interface components {
         };
         /** @description Body of `POST /v1/lineages`. */
         CreateLineage: {
-            /** @description Dialect: restricts the programs of all genomes in the lineage. */
-            dialect?: Record<string, never>;
-            /** @description True to put random children under the energy limit. Default: false. */
-            energy_limit?: boolean;
+            /** @description Dialect: restricts the programs of all genomes in the lineage. Default: that of the start. */
+            dialect?: Record<string, never> | null;
+            /**
+             * @description True to put random children under the energy limit. Default: true if the start is
+             *     `believable`, else false.
+             */
+            energy_limit?: boolean | null;
             /** @description Display name, 1 to 200 characters. */
             name: string;
             /** @description Notes, up to 10,000 characters. Default: empty. */
@@ -212,6 +215,7 @@ export interface components {
              */
             saturation?: number;
             scene?: components["schemas"]["SceneId"] | null;
+            start?: components["schemas"]["Start"] | null;
             /** @description Tags: up to 12 of 1 to 30 characters, without commas. Default: none. */
             tags?: string[];
             /**
@@ -1023,6 +1027,8 @@ export interface components {
             saturation: number;
             /** @description Id of the scene of its thumbnails. */
             scene: components["schemas"]["SceneId"];
+            /** @description What its random children are drawn from. */
+            start: components["schemas"]["Start"];
             /** @description Tags, as they were written. */
             tags: string[];
             /**
@@ -1069,6 +1075,7 @@ export interface components {
             saturation: number;
             /** @description Scene of the thumbnails. */
             scene: components["schemas"]["Scene"];
+            start?: components["schemas"]["Start"] | null;
             /** @description Tags. */
             tags?: string[];
             /**
@@ -1683,6 +1690,11 @@ export interface components {
          * @enum {string}
          */
         SpherePole: "y" | "z";
+        /**
+         * @description What the random genomes of a lineage are drawn from, and how its genomes vary.
+         * @enum {string}
+         */
+        Start: "believable" | "models" | "wild";
         /** @description Response of `GET /v1/system`. */
         SystemAnswer: {
             backend?: components["schemas"]["BackendReport"] | null;
@@ -2081,6 +2093,7 @@ export type SearchState = components['schemas']['SearchState'];
 export type Seed = components['schemas']['Seed'];
 export type SignIn = components['schemas']['SignIn'];
 export type SpherePole = components['schemas']['SpherePole'];
+export type Start = components['schemas']['Start'];
 export type SystemAnswer = components['schemas']['SystemAnswer'];
 export type Tangents = components['schemas']['Tangents'];
 export type Target = components['schemas']['Target'];

@@ -8,6 +8,9 @@ use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
 use brood_scene::{Sampling, Scene};
 use brood_worker::Renderer;
 
+/// Codes of channels below this count as black, as in previews.
+const BLACK: u8 = 20;
+
 /// Pictures of programs on the sphere of the default scene, ready for comparison.
 pub struct PictureSet {
     /// 8-bit RGB over black, because FLIP compares opaque pictures.
@@ -24,10 +27,23 @@ impl PictureSet {
     /// Returns the errors of the renderer.
     pub fn of(programs: &[&Program], size_px: u32) -> Result<Self> {
         let renderer = Renderer::new(Backend::Cpu);
+        let on = (&Scene::default(), BuiltinMesh::Sphere);
+        Self::on(&renderer, on, programs, size_px)
+    }
+
+    /// Renders the programs on a built-in mesh in a scene.
+    ///
+    /// # Errors
+    /// Returns the errors of the renderer.
+    pub fn on(
+        renderer: &Renderer,
+        (scene, mesh): (&Scene, BuiltinMesh),
+        programs: &[&Program],
+        size_px: u32,
+    ) -> Result<Self> {
         let how = (PictureFormat::Png, Backend::Cpu);
-        let scene = Scene::default();
-        let frame = Frame::new(&scene, MeshSource::Builtin, size_px, Sampling::Adaptive, how);
-        let mesh = renderer.builtin(BuiltinMesh::Sphere);
+        let frame = Frame::new(scene, MeshSource::Builtin, size_px, Sampling::Adaptive, how);
+        let mesh = renderer.builtin(mesh);
         let pictures = renderer.develop(&frame, &mesh, programs)?;
         let covered = pictures
             .first()
@@ -42,6 +58,23 @@ impl PictureSet {
     /// Number of pictures.
     pub fn len(&self) -> usize {
         self.images.len()
+    }
+
+    /// Share of the object that is black in a picture: no channel reaches [`BLACK`].
+    pub fn black(&self, picture: usize) -> f64 {
+        let pixels = self.images[picture].chunks(3);
+        let black = pixels.filter(|pixel| pixel.iter().all(|code| *code < BLACK)).count();
+        // Pixels outside the object are black too.
+        let outside = 1.0 - self.covered;
+        let share = black as f64 / f64::from(self.size_px * self.size_px);
+        ((share - outside) / self.covered).max(0.0)
+    }
+
+    /// Mean FLIP over all pairs of pictures; 0 if there is only one.
+    pub fn spread(&self) -> f64 {
+        let pairs = (0..self.len()).flat_map(|one| (0..one).map(move |other| (one, other)));
+        let all: Vec<f64> = pairs.map(|(one, other)| self.flip(one, other)).collect();
+        all.iter().sum::<f64>() / all.len().max(1) as f64
     }
 
     /// Mean FLIP over the object between two pictures, 0 to 1.

@@ -44,6 +44,7 @@ mod picture;
 mod published;
 mod record;
 mod skip;
+mod start;
 mod stress;
 mod target;
 
@@ -84,6 +85,8 @@ pub enum BenchCommand {
     Pareto(pareto::BenchParetoArgs),
     /// Time each optimisation that skips work, with it and without it
     Skip(skip::BenchSkipArgs),
+    /// Measure the first broods of lineages by their start, and those after some generations
+    Start(start::BenchStartArgs),
     /// Run random programs on extreme directions: non-finite results, differing bits, error of f32
     Stress(stress::BenchStressArgs),
 }
@@ -108,6 +111,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Ops(args) => ops::run(args, json),
         BenchCommand::Pareto(args) => pareto::run(args, json),
         BenchCommand::Skip(args) => skip::run(args, json),
+        BenchCommand::Start(args) => start::run(args, json),
         BenchCommand::Stress(args) => stress::run(args, json),
     }
 }

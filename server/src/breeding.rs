@@ -8,7 +8,7 @@ mod record;
 use std::sync::Arc;
 
 use brood_eval::{diverse_brood, express_brood};
-use brood_genome::{Dialect, Genome, Variation};
+use brood_genome::{Dialect, Genome, Start, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
 use brood_protocol::{
     Adopt, Backend, Breed, BreedOptions, Curation, IndividualId, Lineage, ParentRef, Seed,
@@ -82,6 +82,7 @@ impl Parent {
 /// Inputs of a brood, owned so that they can move to a blocking thread.
 struct BreedInputs {
     parents: Vec<Arc<Material>>,
+    start: Start,
     dialect: Dialect,
     options: BreedOptions,
     count: u32,
@@ -91,7 +92,7 @@ struct BreedInputs {
 impl BreedInputs {
     fn variation(&self) -> Variation<'_> {
         let parents: Vec<&Genome> = self.parents.iter().map(|parent| &parent.genome).collect();
-        self.options.variation(self.dialect, &parents)
+        self.options.variation((self.start, self.dialect), &parents)
     }
 
     /// Makes the children in parallel. A draw depends on its slot alone, so the result does not
@@ -198,6 +199,7 @@ impl Breeding {
         }
         let inputs = BreedInputs {
             parents: parents.iter().map(|parent| parent.material.clone()).collect(),
+            start: lineage.start,
             dialect: lineage.dialect,
             options: options.clone(),
             count,

@@ -38,6 +38,7 @@ mod picture;
 mod preset;
 mod scene;
 mod search;
+mod start;
 mod target;
 mod target_picture;
 mod target_render;

@@ -65,11 +65,27 @@ async function step(name, work) {
 async function wide(app) {
   const shot = shotOf(app);
 
-  await step("opens with named materials", async () => {
+  await step("opens with believable materials", async () => {
     const generation = await app.generation(await app.open());
     assert.equal(generation.individuals.length, 20);
-    assert.ok(generation.individuals.every(({ operator }) => operator === "adopt"));
-    await shot("1-materials");
+    assert.ok(generation.individuals.every(({ operator }) => operator === "random"));
+    assert.equal(generation.energy_limit, true);
+    const lineage = await app.api(`/v1/lineages/${generation.lineage}`);
+    assert.deepEqual([lineage.start, lineage.energy_limit], ["believable", true]);
+    await shot("1-believable");
+    const child = await app.generation(await app.becomes(() => app.cell(5).click()));
+    assert.ok(child.individuals.every(({ live_instructions: live }) => live === 18));
+    await shot("1-believable-children");
+  });
+
+  await step("starts a lineage with presets, and one of random programs", async () => {
+    for (const [start, operator] of [["presets", "adopt"], ["wild", "random"]]) {
+      await app.id("lineage-menu").click();
+      await app.id("lineage-name").fill(`begun ${start}`);
+      await app.page.getByRole("radio", { name: start }).check();
+      const made = await app.generation(await app.becomes(() => app.id("lineage-new").click()));
+      assert.ok(made.individuals.every((one) => one.operator === operator));
+    }
   });
 
   const first = await step("draws a random brood", async () => {

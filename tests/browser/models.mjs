@@ -134,7 +134,7 @@ export async function models(app, step, shot, binary) {
   });
 
   await step("crosses a program with the preset of a model", async () => {
-    const before = await begin(app, "mixed", "programs");
+    const before = await begin(app, "mixed", "wild");
     const mixed = await crossed(app, "model-two-layers");
     assert.equal(mixed.parents[0], before.individuals[0].id);
     const made = await genomes(app, mixed);
@@ -158,7 +158,7 @@ export async function modelsLive(app, step, shot, base) {
   const { page } = app;
   await step("draws models live like the server", async () => {
     // Stripes of random programs may be finer than a pixel.
-    await begin(app, "mixed and live", "materials");
+    await begin(app, "mixed and live", "presets");
     const mixed = await crossed(app, "model-plastic");
     assert.ok((await genomes(app, mixed)).some((one) => one.layers?.length > 0));
     // With automatic exposure, the light of each picture would matter (docs/maths/film.md).

@@ -50,7 +50,7 @@ export class BroodPage {
     assert.ok(sideways <= 0, "nothing sticks out sideways");
   }
 
-  /** Opens the page; on an empty server it creates a lineage of materials. */
+  /** Opens the page; on an empty server it creates a believable lineage. */
   async open(hash = "") {
     await this.page.goto(this.#base + this.path + hash);
     return this.ready();

@@ -3,7 +3,7 @@
  * Independent of the page's state.
  *
  * @import { Comparison, Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage,
- *   Locks, MeshAnswer, ModelInfo, Preset, Scene, SystemAnswer } from "../model.js"
+ *   Locks, MeshAnswer, ModelInfo, Preset, Scene, Start, SystemAnswer } from "../model.js"
  *
  * @typedef {ReturnType<typeof import("./upload.js").sendingBy>} Send replaces fetch
  */
@@ -44,8 +44,8 @@ export const listFavourites = (lineage, cursor) =>
 export const getLineage = (id) => request("GET", `/v1/lineages/${id}`);
 
 /**
- * @param {{name: string, scene?: string, thumbnail_px: number, saturation: number, dialect?:
- *   Partial<Dialect>}} json
+ * @param {{name: string, scene?: string, thumbnail_px: number, saturation: number, start?:
+ *   Start, dialect?: Partial<Dialect>, energy_limit?: boolean}} json
  * @returns {Promise<Lineage>}
  */
 export const createLineage = (json) => request("POST", "/v1/lineages", { json });

@@ -1,7 +1,7 @@
 /**
  * Opening, creating and hiding lineages, and following the address.
  *
- * @import { Dialect, Lineage, Scene, Trail } from "../model.js"
+ * @import { Dialect, Lineage, Scene, Start, Trail } from "../model.js"
  */
 import { batch, effect } from "../vendor/signals-core.js";
 import { problemOf } from "../api/request.js";
@@ -86,7 +86,7 @@ export function untitled(of) {
 /** Opens the newest lineage; a new one if there is none. */
 function openNewest() {
   const [newest] = lineageStore.lineages.value.toSorted((a, b) => b.created_ms - a.created_ms);
-  return newest ? open(newest.id, null) : create("Untitled 1", STARTS.materials);
+  return newest ? open(newest.id, null) : create("Untitled 1", STARTS.believable);
 }
 
 /** Mutation with which children of a named material mostly still look like one. */
@@ -134,29 +134,32 @@ const beginAtRandom = (id) => breedNext(id, []);
 
 /**
  * @param {string} name
- * @param {{dialect?: Partial<Dialect>, saturation?: number, begin?: (id: string) =>
+ * @param {{start?: Start, dialect?: Partial<Dialect>, saturation?: number, begin?: (id: string) =>
  *   Promise<void>, scene?: string}} [how] `begin`: makes the first generation in place of a random
  *   brood; `scene`: default: that of the open lineage for a chosen material, else a new one
  */
 export async function create(
   name,
-  { dialect, saturation = DEFAULT_SATURATION, begin, scene: chosen } = {},
+  { start, dialect, saturation = DEFAULT_SATURATION, begin, scene: chosen } = {},
 ) {
   const shown = begin && begin !== beginWithMaterials && sceneStore.scene.value?.id;
   const scene = chosen || shown || (await api.createScene(FIRST_SCENE)).id;
-  const made = await api.createLineage({ name, thumbnail_px: 256, saturation, dialect, scene });
+  const made = await api.createLineage({
+    name, thumbnail_px: 256, saturation, start, dialect, scene, energy_limit: true,
+  });
   lineageStore.lineages.value = [...lineageStore.lineages.value, made];
   await open(made.id, null, begin);
 }
 
 /**
  * Starting contents of a lineage.
- * @type {Record<"materials"|"models"|"programs", Parameters<typeof create>[1]>}
+ * @type {Record<Start|"presets", Parameters<typeof create>[1]>}
  */
 export const STARTS = {
-  materials: { saturation: 1, begin: beginWithMaterials },
-  models: { dialect: { length: 0 } },
-  programs: {},
+  believable: { start: "believable", saturation: 1 },
+  presets: { saturation: 1, begin: beginWithMaterials },
+  models: { start: "models" },
+  wild: { start: "wild" },
 };
 
 /**

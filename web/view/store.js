@@ -2,6 +2,7 @@
  * Store of the state that components keep while they are closed or redrawn: sizes, copied texts,
  * names being edited, choices of charts.
  *
+ * @import { Start } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
  */
 import { signal } from "../vendor/signals-core.js";
@@ -21,8 +22,8 @@ class ViewStore {
   renaming = signal(null);
   /** Id of the lineage that is about to be hidden. @type {Signal<string|null>} */
   hiding = signal(null);
-  /** Content of a new lineage. @type {Signal<"materials"|"models"|"programs">} */
-  startKind = signal("materials");
+  /** Content of a new lineage. @type {Signal<Start|"presets">} */
+  startKind = signal("believable");
   /**
    * Columns of the history that are drawn, counted from the oldest generation.
    * @type {Signal<{from: number, to: number}>}

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result, bail, ensure};
 use brood_bench::{genome_file, logging, output};
 use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, express_brood};
-use brood_genome::{Dialect, DialectConstraints, Genome, Variation};
+use brood_genome::{DialectConstraints, Genome, Start, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::{BreedOptions, Curation, PictureFormat, Seed};
 use brood_scene::PictureSize;
@@ -60,8 +60,11 @@ pub struct BreedArgs {
     /// 60'
     #[arg(long, value_name = "WORDS")]
     pub dialect: Option<DialectWords>,
-    /// Start from random models of reflectance: the dialect of length 0
-    #[arg(long, conflicts_with = "dialect")]
+    /// What random genomes are drawn from [default: wild, or models if the dialect's length is 0]
+    #[arg(long)]
+    pub start: Option<StartWord>,
+    /// The same as --start models
+    #[arg(long, conflicts_with_all = ["dialect", "start"])]
     pub models: bool,
     /// Children are isotropic: unchanged by rotations about the normal
     #[arg(long)]
@@ -94,6 +97,28 @@ impl From<CurationWord> for Curation {
             CurationWord::Off => Self::Off,
             CurationWord::Distinct => Self::Distinct,
             CurationWord::Diverse => Self::Diverse,
+        }
+    }
+}
+
+/// Command-line words of [`Start`].
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum StartWord {
+    /// Programs like measured materials, under the energy limit. With parents: children vary by
+    /// parameters, as in a lineage that starts so
+    Believable,
+    /// Models of reflectance with random parameters
+    Models,
+    /// Random programs
+    Wild,
+}
+
+impl From<StartWord> for Start {
+    fn from(word: StartWord) -> Self {
+        match word {
+            StartWord::Believable => Self::Believable,
+            StartWord::Models => Self::Models,
+            StartWord::Wild => Self::Wild,
         }
     }
 }
@@ -200,10 +225,19 @@ fn variation<'a>(
             locks.validate_for(parent)?;
         }
     }
-    let length = if args.models { 0 } else { Dialect::default().length };
-    let default = Dialect { length, ..Dialect::default() };
-    let dialect = args.dialect.map_or(default, |words| words.0);
-    let variation = options.variation(dialect, &parents.iter().collect::<Vec<_>>());
+    let given = args.dialect.map(|words| words.0);
+    let start = if args.models { Some(Start::Models) } else { args.start.map(Start::from) };
+    let start = start.unwrap_or_else(|| given.as_ref().map_or(Start::default(), Start::of));
+    let dialect = given.unwrap_or_else(|| start.dialect());
+    ensure!(
+        start.allows(&dialect),
+        "--start {} needs a dialect like '{}', length {}, or none",
+        start.name(),
+        start.dialect(),
+        start.dialect().length
+    );
+    let parents: Vec<&Genome> = parents.iter().collect();
+    let variation = options.variation((start, dialect), &parents);
     ensure!(
         !variation.is_deterministic(),
         "--mutation 0 and --recombination {} give only copies of these parents; raise --mutation",

@@ -8,7 +8,7 @@
 //!   for the canonical f32 bits and for the f64 reference; [`interpret`] runs a genome with both.
 //! - [`Variation`] has the genetic operators. Their randomness is a counter-based [`Stream`] for
 //!   each [`BirthKey`].
-//! - [`preset`] has hand-written genomes.
+//! - [`preset`] has hand-written genomes, [`believable`] programs like measured materials.
 //!
 //! The crate does not depend on the optimisation of programs, on images or on storage.
 //!
@@ -25,6 +25,7 @@
 //! ```
 
 mod arithmetic;
+pub mod believable;
 mod bytes;
 mod dialect;
 mod expand;
@@ -34,6 +35,7 @@ mod instruction;
 mod interpret;
 mod json;
 mod liveness;
+pub mod lobes;
 mod locks;
 mod opcode;
 mod operand;
@@ -41,6 +43,7 @@ mod output;
 pub mod preset;
 mod random;
 mod range;
+mod start;
 mod text;
 mod variation;
 
@@ -61,6 +64,7 @@ pub use operand::{CONSTANTS, Operand, REGISTERS, Register, Swizzle, WriteMask};
 pub use output::{Output, OutputError};
 pub use random::{BirthKey, Operator, Stream, philox4x32};
 pub use range::RANGE;
+pub use start::Start;
 pub use text::TextError;
 pub use variation::{DialectConstraints, Variation};
 

@@ -44,6 +44,12 @@ pub enum Operator {
     Lobes = 11,
     /// Selection and variation in a genetic search.
     Genetic = 12,
+    /// Believable programs.
+    Believable = 13,
+    /// Mutation of believable programs.
+    MutateBelievable = 14,
+    /// Crossover of believable programs.
+    RecombineBelievable = 15,
     /// Starts of a fit of models.
     Analytic = 20,
 }

@@ -8,8 +8,9 @@ mod recombine;
 
 use serde::{Deserialize, Serialize};
 
+use crate::believable;
 use crate::locks::ResolvedLocks;
-use crate::{BirthKey, Dialect, Genome, Locks, Output};
+use crate::{BirthKey, Dialect, Genome, Locks, Output, Start};
 use draft::Draft;
 
 /// Overrides of the lineage's dialect. The genomes of the children contain the result.
@@ -33,6 +34,7 @@ pub struct Variation<'a> {
     output: Option<Output>,
     limited: Option<bool>,
     locks: Option<&'a Locks>,
+    start: Start,
 }
 
 /// Operator with its parents and amounts.
@@ -128,6 +130,19 @@ impl<'a> Variation<'a> {
         Self { locks, ..self }
     }
 
+    /// Sets the start of the lineage: under [`Start::Believable`], random children are believable
+    /// programs, and children of these vary by parameters. The others vary alike.
+    ///
+    /// # Panics
+    /// If random children are asked for and the start does not allow their dialect.
+    #[must_use]
+    pub fn with_start(self, start: Start) -> Self {
+        if let Origin::Random(dialect) = self.origin {
+            assert!(start.allows(&dialect), "the start of a variation allows its dialect");
+        }
+        Self { start, ..self }
+    }
+
     /// Iterates over the parents. The first one defines the positions of the child's instructions.
     pub fn parents(&self) -> impl Iterator<Item = &'a Genome> {
         let (first, second) = match self.origin {
@@ -181,19 +196,30 @@ impl<'a> Variation<'a> {
 
     fn draft(&self, key: BirthKey) -> Draft {
         match self.origin {
+            Origin::Random(dialect) if self.is_believable() => {
+                let drawn = Draft::copy(&believable::genome(key));
+                Draft { dialect, ..drawn }
+            }
             Origin::Random(dialect) => random::genome(dialect, key),
             Origin::Mutate { parent, mutation } => {
                 let mut draft = Draft::copy(parent);
-                mutate::draft(&mut draft, mutation, key, true, &self.resolve_locks(parent));
+                let how = mutate::How { force: true, is_believable: self.is_believable() };
+                mutate::draft(&mut draft, mutation, key, how, &self.resolve_locks(parent));
                 draft
             }
             Origin::Recombine { first, second, recombination, mutation } => {
                 let locked = self.resolve_locks(first);
-                let mut draft = recombine::draft(first, second, recombination, key, &locked);
-                mutate::draft(&mut draft, mutation, key, false, &locked);
+                let how = mutate::How { force: false, is_believable: self.is_believable() };
+                let amount = (recombination, how.is_believable);
+                let mut draft = recombine::draft(first, second, amount, key, &locked);
+                mutate::draft(&mut draft, mutation, key, how, &locked);
                 draft
             }
         }
+    }
+
+    fn is_believable(&self) -> bool {
+        self.start == Start::Believable
     }
 
     fn resolve_locks(&self, first: &Genome) -> ResolvedLocks {
@@ -225,6 +251,7 @@ impl<'a> Variation<'a> {
             output: None,
             limited: None,
             locks: None,
+            start: Start::default(),
         }
     }
 }

@@ -3,7 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use brood_genome::{Dialect, DialectConstraints, Genome, GenomeHash, Locks, Output, Variation};
+use brood_genome::{
+    Dialect, DialectConstraints, Genome, GenomeHash, Locks, Output, Start, Variation,
+};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use crate::{IndividualId, Seed};
@@ -79,7 +81,8 @@ brood_brdf::named_enum! {
     }
 }
 
-/// Options of a brood: everything that its children depend on besides parents, seed and dialect.
+/// Options of a brood: everything that its children depend on besides parents, seed, dialect and
+/// start.
 ///
 /// [`Breed`] and lineage files list the same fields in their own objects, because serde's `flatten`
 /// would lose the JSON pointer of an error.
@@ -150,12 +153,16 @@ impl BreedOptions {
         }
     }
 
-    /// Returns the variation of 0, 1 or 2 parents; random children have `dialect`.
+    /// Returns the variation of 0, 1 or 2 parents in a lineage with this start and dialect.
     ///
     /// # Panics
     /// If an amount is outside 0 to 1, and as the constructors of [`Variation`].
     #[must_use]
-    pub fn variation<'a>(&'a self, dialect: Dialect, parents: &[&'a Genome]) -> Variation<'a> {
+    pub fn variation<'a>(
+        &'a self,
+        (start, dialect): (Start, Dialect),
+        parents: &[&'a Genome],
+    ) -> Variation<'a> {
         let variation = match *parents {
             [] => Variation::random(dialect),
             [parent] => Variation::mutate(parent, self.mutation),
@@ -169,6 +176,7 @@ impl BreedOptions {
             .with_output(self.saturation.map(output))
             .with_limit(self.energy_limit)
             .with_locks(self.locks.as_ref())
+            .with_start(start)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Requests and responses for lineages.
 
-use brood_genome::Dialect;
+use brood_genome::{Dialect, Start};
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::{IndividualId, LineageId, SceneId};
@@ -22,16 +22,22 @@ pub struct CreateLineage {
     /// Side of the thumbnails in pixels, 16 to 1024. Default: 256.
     #[serde(default = "default_thumbnail_px")]
     pub thumbnail_px: u32,
-    /// Dialect: restricts the programs of all genomes in the lineage.
-    #[serde(default)]
-    #[schema(value_type = Object)]
-    pub dialect: Dialect,
+    /// What random children are drawn from: `believable` (programs like measured materials),
+    /// `models` (reflectance models) or `wild` (random programs). Default: `models` if the length
+    /// of the dialect is 0, else `wild`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<Start>,
+    /// Dialect: restricts the programs of all genomes in the lineage. Default: that of the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
+    pub dialect: Option<Dialect>,
     /// Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1.
     #[serde(default = "default_saturation")]
     pub saturation: f32,
-    /// True to put random children under the energy limit. Default: false.
-    #[serde(default)]
-    pub energy_limit: bool,
+    /// True to put random children under the energy limit. Default: true if the start is
+    /// `believable`, else false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub energy_limit: Option<bool>,
 }
 
 /// Reads a field that is present; `Some(None)` if it is null.
@@ -103,6 +109,8 @@ pub struct Lineage {
     pub scene: SceneId,
     /// Side of its thumbnails in pixels.
     pub thumbnail_px: u32,
+    /// What its random children are drawn from.
+    pub start: Start,
     /// Dialect of its genomes.
     #[schema(value_type = Object)]
     pub dialect: Dialect,

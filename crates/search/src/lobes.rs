@@ -14,7 +14,7 @@
 //! `schedule` runs the generations. `seed` draws random starts; `refine` fits them by
 //! Levenberg-Marquardt steps, whose sums are in `normal_equations`, `sweep` and `product`. `known`
 //! and `bounds` derive bounds from samples, `albedo` and `flux` compute directional albedos, and
-//! `guard` enforces both. `finish` prunes the best fit (`prune`); `program` writes it as a genome.
+//! `guard` enforces both. `finish` prunes the best fit (`prune`); the shape writes it as a genome.
 
 mod albedo;
 mod batch;
@@ -27,9 +27,9 @@ mod guard;
 mod known;
 mod normal_equations;
 mod product;
-mod program;
 mod prune;
 mod refine;
+mod restricted;
 mod schedule;
 mod seed;
 mod shape;
@@ -39,6 +39,6 @@ pub(crate) use albedo::{ANGLES, IMPORTANCE};
 pub use batch::Batch;
 pub(crate) use checkpoint::outcome;
 pub use finish::Fitted;
-pub use program::LobesError;
+pub use restricted::{Restricted, fit_restricted};
 pub use schedule::Fit;
-pub use shape::{Lobes, Shape};
+pub use shape::Lobes;

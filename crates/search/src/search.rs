@@ -1,12 +1,13 @@
 //! A search of any strategy: a deterministic sequence of generations that can be saved and resumed.
 
+use brood_genome::lobes::Shape;
 use brood_genome::{Genome, ModelKind};
 use brood_target::{Samples, Strategy};
 
 use crate::analytic::{Analytic, default_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
-use crate::lobes::{Fit, Shape};
+use crate::lobes::Fit;
 use crate::method::{Candidate, Method, Outcome, Progress};
 use crate::{Population, Probe};
 

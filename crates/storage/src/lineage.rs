@@ -90,6 +90,7 @@ record!(Lineage {
     cover_individual = "cover_id",
     scene = "scene_id",
     thumbnail_px,
+    start,
     dialect = "dialect_json",
     saturation,
     energy_limit,
@@ -236,9 +237,9 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result
     let dialect = serde_json::to_string(&new.dialect).expect("a dialect is plain data");
     sqlx::query(
         "INSERT INTO lineage
-             (id, name, notes, tags_json, scene_id, thumbnail_px, dialect_json, saturation,
+             (id, name, notes, tags_json, scene_id, thumbnail_px, start, dialect_json, saturation,
               energy_limit, created_ms)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(new.id.key())
     .bind(new.name.as_str())
@@ -246,6 +247,7 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result
     .bind(tags_json(&new.tags))
     .bind(new.scene.key())
     .bind(new.thumbnail_px)
+    .bind(new.start.name())
     .bind(dialect)
     .bind(new.saturation)
     .bind(new.energy_limit)

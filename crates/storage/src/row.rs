@@ -1,7 +1,7 @@
 //! Conversions between Rust types and SQLite values: columns, records made of columns, and sets as
 //! JSON parameters. Independent of tables.
 
-use brood_genome::{Dialect, GenomeHash, Locks};
+use brood_genome::{Dialect, GenomeHash, Locks, Start};
 use brood_protocol::{
     Backend, Curation, FoundMaterial, GenerationId, IndividualId, JobId, LightAssetKind, LineageId,
     MeshId, PictureFormat, PictureKey, PixelArea, SceneId, SearchOptions, SearchState, Seed,
@@ -69,7 +69,7 @@ columns! {
     // Stored from an f32, so the conversion is exact.
     f64 => f32: |value| Some(value as f32);
     String => String: Some;
-    String => Backend, Curation, LightAssetKind, PictureFormat, SearchState:
+    String => Backend, Curation, LightAssetKind, PictureFormat, SearchState, Start:
         |name| Self::from_name(&name);
     String => PixelArea: |text| text.parse().ok();
     String => Dialect, FoundMaterial, Locks, SearchOptions, Target, Vec<FoundMaterial>, Vec<String>:

@@ -10,7 +10,7 @@ mod queue;
 mod removal;
 mod search;
 
-use brood_genome::{Dialect, GenomeHash, Locks, ModelKind};
+use brood_genome::{Dialect, GenomeHash, Locks, ModelKind, Start};
 use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
     Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
@@ -69,6 +69,7 @@ fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> Lineage {
         cover_individual: None,
         scene,
         thumbnail_px: 256,
+        start: Start::Wild,
         dialect: Dialect { isotropic: true, ..Dialect::default() },
         saturation: 0.1,
         energy_limit: true,

@@ -121,8 +121,7 @@ impl Kind {
     fn ending(self) -> &'static str {
         match self {
             Self::Brood => "brood",
-            Self::Picture(PictureFormat::Png) => "png",
-            Self::Picture(PictureFormat::Exr) => "exr",
+            Self::Picture(format) => format.name(),
             Self::Source(format) => format.extension(),
         }
     }

@@ -3,6 +3,7 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
+use brood_genome::{Dialect, Start};
 use brood_protocol::{
     CreateLineage, IndividualId, Lineage, LineageId, ListedLineage, Page, PatchLineage, SceneId,
 };
@@ -48,10 +49,7 @@ pub async fn create(
             );
             return Err(ApiError::refused(words).at("/thumbnail_px"));
         }
-        asked
-            .dialect
-            .validate()
-            .map_err(|error| ApiError::refused(error.to_string()).at("/dialect"))?;
+        let (start, dialect) = start_of(asked.start, asked.dialect)?;
         let scene = match asked.scene {
             Some(scene) => check_scene(&app, scene).await?,
             None => super::scene::store(&app, &Scene::default()).await?,
@@ -65,9 +63,10 @@ pub async fn create(
             cover_individual: None,
             scene,
             thumbnail_px: asked.thumbnail_px,
-            dialect: asked.dialect,
+            start,
+            dialect,
             saturation: asked.saturation,
-            energy_limit: asked.energy_limit,
+            energy_limit: asked.energy_limit.unwrap_or(start == Start::Believable),
             generations: 0,
             favourites: 0,
             created_ms: now_ms(),
@@ -254,6 +253,32 @@ pub fn check_saturation(saturation: f32) -> Result<(), ApiError> {
     }
     let words = format!("`saturation` must be between 0 and 1, got {saturation}");
     Err(ApiError::refused(words).at("/saturation"))
+}
+
+/// Returns the start and the dialect of a lineage; a missing one follows from the other.
+///
+/// # Errors
+/// 422 if the dialect is invalid or the start does not allow it.
+pub fn start_of(
+    start: Option<Start>,
+    dialect: Option<Dialect>,
+) -> Result<(Start, Dialect), ApiError> {
+    let refuse = |words: String| Err(ApiError::refused(words).at("/dialect"));
+    let start = start.unwrap_or_else(|| dialect.as_ref().map_or(Start::default(), Start::of));
+    let dialect = dialect.unwrap_or_else(|| start.dialect());
+    if let Err(error) = dialect.validate() {
+        return refuse(error.to_string());
+    }
+    if !start.allows(&dialect) {
+        let own = start.dialect();
+        return refuse(format!(
+            "`start` {} needs a dialect like {own}, length {}, or none; got {dialect}, length {}",
+            start.name(),
+            own.length,
+            dialect.length
+        ));
+    }
+    Ok((start, dialect))
 }
 
 async fn check_scene(app: &App, scene: SceneId) -> Result<SceneId, ApiError> {

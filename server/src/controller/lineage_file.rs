@@ -10,7 +10,7 @@ use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use brood_genome::GenomeHash;
+use brood_genome::{GenomeHash, Start};
 use brood_protocol::{BreedOptions, IndividualId, Lineage, LineageId, MeshSource, ParentRef};
 use brood_storage::{StoredGeneration, StoredGenome};
 use http::{Request, StatusCode, header};
@@ -72,6 +72,7 @@ pub async fn export(
         notes: lineage.notes,
         tags: lineage.tags,
         cover_individual: lineage.cover_individual.filter(|id| own.contains(id)),
+        start: (lineage.start != Start::of(&lineage.dialect)).then_some(lineage.start),
         dialect: lineage.dialect,
         thumbnail_px: lineage.thumbnail_px,
         saturation: lineage.saturation,

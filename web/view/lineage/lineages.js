@@ -20,13 +20,14 @@ import { ProblemBox } from "../problem.js";
 import { viewStore } from "../store.js";
 
 const KINDS = [
-  { value: "materials", name: "materials", title: "The presets: metals, plastics, cloth, stone, as programs and models" },
-  { value: "programs", name: "programs", title: "Random programs, which can become anything" },
-  { value: "models", name: "models", title: "Models of reflectance with random parameters: metals, plastics, cloth" },
+  { value: "believable", name: "believable", title: "Programs like measured metals, plastics, paints, cloth and wood, in new colours; their children stay like them" },
+  { value: "presets", name: "presets", title: "Twenty hand-written materials, as programs and models" },
+  { value: "models", name: "models", title: "Models of reflectance with random parameters" },
+  { value: "wild", name: "wild", title: "Random programs, which can become anything" },
 ];
 
 const opened = modal(() => {
-  viewStore.startKind.value = "materials";
+  viewStore.startKind.value = "believable";
 });
 
 function close() {

@@ -5,6 +5,7 @@
 
 use super::draft::Draft;
 use super::{layer, random};
+use crate::believable;
 use crate::liveness::{RESULT, walk_backwards};
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
@@ -76,6 +77,15 @@ fn rate(of_live: f32, live: bool) -> f32 {
     of_live * weight(live) as f32 / LIVE_WEIGHT as f32
 }
 
+/// Rules of a mutation.
+#[derive(Clone, Copy)]
+pub(super) struct How {
+    /// True if something must change at any amount above 0.
+    pub(super) force: bool,
+    /// True in lineages that start with believable programs.
+    pub(super) is_believable: bool,
+}
+
 /// Mutates parts that are not locked. With `force`, at least one instruction, or one constant that
 /// live code reads, changes at any amount above 0 if the locks allow it. Without a program, one
 /// value of a layer does.
@@ -83,15 +93,33 @@ pub(super) fn draft(
     draft: &mut Draft,
     mutation: f32,
     key: BirthKey,
-    force: bool,
+    How { force, is_believable }: How,
     locked: &ResolvedLocks,
 ) {
-    if !draft.instructions.is_empty() {
+    let is_done = is_believable && parameters(draft, mutation, key, locked);
+    if !draft.instructions.is_empty() && !is_done {
         program(draft, mutation, key, force, locked);
     }
     // A forced change has already happened in the program, if there is one.
     let force = force && draft.instructions.is_empty();
     layer::mutate(&mut draft.layers, mutation, key, force, locked.layers());
+}
+
+/// Mutates the parameters of a believable program, except locked constants. Returns false if
+/// nothing changed, or if the program is not believable.
+fn parameters(draft: &mut Draft, mutation: f32, key: BirthKey, locked: &ResolvedLocks) -> bool {
+    let old = draft.constants.clone();
+    if mutation <= 0.0
+        || !believable::mutate(&draft.instructions, &mut draft.constants, mutation, key)
+    {
+        return false;
+    }
+    for (index, (new, old)) in draft.constants.iter_mut().zip(old.iter()).enumerate() {
+        if locked.locks_constant(index) {
+            *new = *old;
+        }
+    }
+    draft.constants != old
 }
 
 /// Mutates instructions, then constants.

@@ -3,6 +3,7 @@
 
 use super::draft::Draft;
 use super::layer;
+use crate::believable;
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, Dialect, Genome};
@@ -19,15 +20,40 @@ const SWITCH_RATE: f32 = 1.0 / 24.0;
 pub(super) fn draft(
     first: &Genome,
     second: &Genome,
-    recombination: f32,
+    (recombination, is_believable): (f32, bool),
     key: BirthKey,
     locked: &ResolvedLocks,
 ) -> Draft {
-    let mut draft = program((first, second), recombination, key, locked);
+    let believable =
+        if is_believable { parameters((first, second), recombination, key, locked) } else { None };
+    let program = || program((first, second), recombination, key, locked);
+    let mut draft = believable.unwrap_or_else(program);
     let may_lose = !draft.instructions.is_empty();
     let parents = (first.layers(), second.layers());
     draft.layers = layer::recombine(parents, recombination, key, (locked.layers(), may_lose));
     draft
+}
+
+/// Crosses the parameters of two believable programs, except locked constants; `None` if one of
+/// them is not believable.
+fn parameters(
+    (first, second): (&Genome, &Genome),
+    recombination: f32,
+    key: BirthKey,
+    locked: &ResolvedLocks,
+) -> Option<Draft> {
+    let mut draft = Draft::copy(first);
+    let own = (first.instructions(), &mut *draft.constants);
+    let other = (second.instructions(), second.constants());
+    if !believable::recombine(own, other, recombination, key) {
+        return None;
+    }
+    for (index, (new, old)) in draft.constants.iter_mut().zip(first.constants()).enumerate() {
+        if locked.locks_constant(index) {
+            *new = *old;
+        }
+    }
+    Some(draft)
 }
 
 /// Returns the first parent's program with blocks of the second's. If only the second has a

@@ -6,13 +6,14 @@
 
 use brood_brdf::Input;
 use brood_eval::{Level, LobeRule, direction_at};
+use brood_genome::lobes::Shape;
 use brood_target::Samples;
 use rayon::prelude::*;
 
+use super::Lobes;
 use super::block::{Block, blocks, points};
 use super::flux::Flux;
 use super::sweep::{Parameters, Sweep, Workspace};
-use super::{Lobes, Shape};
 use crate::levenberg_marquardt::NormalEquations;
 
 /// Angles of the incident light, in degrees from the normal. The last ones divide the cosine by

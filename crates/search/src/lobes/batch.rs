@@ -1,8 +1,8 @@
 //! Samples in blocks, with the penalties of the objective.
 
+use brood_genome::lobes::Shape;
 use std::sync::Arc;
 
-use super::Shape;
 use super::albedo::Albedos;
 use super::block::{Block, Point, blocks};
 

@@ -2,10 +2,9 @@
 //! quantity.
 
 use brood_brdf::Input;
+use brood_genome::lobes::Shape;
 use brood_scene::SampleSet;
 use brood_target::Samples;
-
-use super::Shape;
 
 /// Number of samples per block.
 pub(super) const LANES: usize = 256;

@@ -5,10 +5,10 @@
 //! Without them, a fit that agrees with every sample may reach 1e35 beyond 80 degrees.
 
 use brood_brdf::DirectionPair;
+use brood_genome::lobes::Shape;
 use brood_target::{Samples, grazing_pairs, narrow_pairs};
 use rayon::prelude::*;
 
-use super::Shape;
 use super::block::{Point, points};
 use super::known::{BoundEstimator, Place};
 

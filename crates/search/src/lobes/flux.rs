@@ -68,7 +68,7 @@ impl Flux<'_> {
                 .iter()
                 .map(|row| product(row, &residuals[channel]))
                 .collect();
-            for (derivative, place) in gradient.iter_mut().zip(shape.places()) {
+            for (derivative, place) in gradient.iter_mut().zip(Place::all(shape)) {
                 *derivative += match place {
                     Place::Slot { slot, feature } => sum(&product(&rows[slot], &features[feature])),
                     Place::Colour { channel: own, term } if own == channel => sum(&rows[term]),

@@ -1,13 +1,14 @@
 //! Enforcement of bounds and of albedo <= 1 on finished fits.
 
+use brood_genome::lobes::Shape;
 use std::sync::Arc;
 
+use super::Lobes;
 use super::albedo::{Albedos, TOLERATED_ALBEDO};
 use super::batch::Batch;
 use super::block::Point;
 use super::bounds::Bounds;
 use super::normal_equations::excesses;
-use super::{Lobes, Shape};
 use crate::levenberg_marquardt::Solution;
 
 /// Adds up to `WORST` violating points per round, for up to `ROUNDS` rounds of `STEPS` steps.

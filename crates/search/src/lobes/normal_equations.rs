@@ -2,13 +2,14 @@
 //! parameters.
 
 use brood_eval::Level;
+use brood_genome::lobes::Shape;
 use rayon::prelude::*;
 
+use super::Lobes;
 use super::batch::Batch;
 use super::block::Block;
 use super::shape::Place;
 use super::sweep::{Parameters, Sums, Sweep, Workspace, slots};
-use super::{Lobes, Shape};
 use crate::levenberg_marquardt::NormalEquations;
 
 /// Number of blocks per task. Sums are added within a task first, then across tasks in order, so
@@ -125,8 +126,7 @@ pub(super) fn normal_equations(lobes: &Lobes, batch: &Batch) -> (NormalEquations
 /// Normal equations of the free parameters.
 fn assemble(lobes: &Lobes, sums: &Sums) -> NormalEquations {
     let shape = &lobes.shape;
-    let places: Vec<Place> = shape
-        .places()
+    let places: Vec<Place> = Place::all(shape)
         .into_iter()
         .zip(&lobes.free)
         .filter_map(|(place, free)| free.then_some(place))

@@ -3,10 +3,12 @@
 
 use std::mem::take;
 
+use brood_genome::lobes::Shape;
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_target::Samples;
 use rayon::prelude::*;
 
+use super::Lobes;
 use super::albedo::TOLERATED_ALBEDO;
 use super::batch::Batch;
 use super::block::{Point, lower_bounds, points};
@@ -15,7 +17,6 @@ use super::guard::Pool;
 use super::known::BoundEstimator;
 use super::normal_equations::{e_log, error};
 use super::seed::start;
-use super::{Lobes, Shape};
 use crate::levenberg_marquardt::Solution;
 use crate::method::is_held_back;
 use crate::{Probe, Progress};
@@ -60,9 +61,9 @@ pub struct Fit {
 pub(super) struct Problem {
     pub(super) shape: Shape,
     /// All samples, training and validation.
-    points: Vec<Point>,
+    pub(super) points: Vec<Point>,
     /// Every fourth training sample and bound, for the first steps of starts.
-    part: Batch,
+    pub(super) part: Batch,
     /// Training samples and bounds.
     pub(super) all: Batch,
     /// Validation samples.
@@ -85,7 +86,7 @@ pub(super) struct Kept {
 }
 
 impl Problem {
-    fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2]) -> Self {
+    pub(super) fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2]) -> Self {
         let points = points(samples, &shape);
         let of = |keep: bool| {
             let indices = (0..points.len()).filter(move |at| is_held_back(*at) != keep);

@@ -2,9 +2,10 @@
 
 use brood_brdf::Input;
 use brood_genome::Stream;
+use brood_genome::lobes::Shape;
 
+use super::Lobes;
 use super::block::Point;
-use super::{Lobes, Shape};
 
 /// Standard deviation of the weights of terms.
 const SPREAD: f64 = 0.15;
@@ -69,7 +70,7 @@ fn range(points: &[Point], input: usize) -> (f64, f64) {
 
 /// Fits the colours by non-negative linear least squares to S, the square root of the target f,
 /// with more weight on small values.
-fn colour(lobes: &mut Lobes, points: &[Point]) {
+pub(super) fn colour(lobes: &mut Lobes, points: &[Point]) {
     let terms = lobes.shape.terms;
     let points: Vec<&Point> = points.iter().step_by(points.len().div_ceil(ENOUGH)).collect();
     let rows: Vec<Vec<f64>> = points.iter().map(|point| exponentials(lobes, point)).collect();

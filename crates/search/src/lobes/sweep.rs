@@ -3,10 +3,11 @@
 
 use brood_eval::SimdKernel;
 use brood_genome::Functions;
+use brood_genome::lobes::Shape;
 
+use super::Lobes;
 use super::block::{Block, LANES, Row};
 use super::product::{Transposed, add_products, sum};
-use super::{Lobes, Shape};
 
 /// Parameters as f32, as the machine has them.
 pub(super) struct Parameters {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use brood_genome::{Dialect, Locks};
+use brood_genome::{Dialect, Locks, Start};
 use brood_protocol::{
     BreedOptions, Curation, DialectConstraints, IndividualId, LightAssetKind, ParentRef, Seed,
 };
@@ -29,6 +29,9 @@ pub struct LineageFile {
     /// Individual of the file that was chosen as the cover.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cover_individual: Option<IndividualId>,
+    /// What random children are drawn from, if it does not follow from the dialect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start: Option<Start>,
     /// Dialect of the genomes.
     #[schema(value_type = Object)]
     pub dialect: Dialect,

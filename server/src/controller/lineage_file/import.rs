@@ -18,7 +18,7 @@ use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, StoredMe
 use super::form::{FileGeneration, FileIndividual, LineageFile, VERSION};
 use crate::breeding::{ADOPT, FIT};
 use crate::clock::now_ms;
-use crate::controller::lineage::{check_name, check_saturation, check_tags};
+use crate::controller::lineage::{check_name, check_saturation, check_tags, start_of};
 use crate::controller::{check_length, light_asset, mesh};
 use crate::limit;
 use crate::problem::{ApiError, quote};
@@ -121,6 +121,7 @@ pub fn assemble(
     genomes: BTreeMap<GenomeHash, NewGenome>,
     scene: SceneId,
 ) -> Result<NewImport, ApiError> {
+    let (start, dialect) = start_of(file.start, Some(file.dialect))?;
     let lineage = Lineage {
         id: LineageId::fresh(),
         name: file.name,
@@ -130,7 +131,8 @@ pub fn assemble(
         cover_individual: None,
         scene,
         thumbnail_px: file.thumbnail_px,
-        dialect: file.dialect,
+        start,
+        dialect,
         saturation: file.saturation,
         energy_limit: file.energy_limit,
         generations: file.generations.len() as u64,

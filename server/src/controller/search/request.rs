@@ -239,6 +239,7 @@ async fn results_lineage(
         cover_individual: None,
         scene: crate::controller::scene::store(app, &Scene::default()).await?,
         thumbnail_px: THUMBNAIL_PX,
+        start: brood_genome::Start::of(&dialect),
         dialect,
         saturation: 1.0,
         energy_limit: true,

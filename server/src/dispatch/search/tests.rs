@@ -69,6 +69,7 @@ async fn search(app: &App, start: Vec<u8>) -> JobId {
         thumbnail_px: 256,
         dialect: Dialect::default(),
         saturation: 0.1,
+        start: brood_genome::Start::Wild,
         energy_limit: true,
         generations: 0,
         favourites: 0,

@@ -1,13 +1,11 @@
 //! Lobes as a genome. Operations and their order are those of the fit, so that results have the
 //! same bits.
 
-use brood_brdf::Input;
-use brood_genome::{
-    CONSTANTS, Dialect, Genome, GenomeError, InitialValue, Instruction, Opcode, OpcodeSet, Operand,
-    Output, RANGE, Register, Swizzle, WriteMask,
+use super::Shape;
+use crate::{
+    CONSTANTS, Dialect, Genome, GenomeError, InitialValue, Input, Instruction, Opcode, OpcodeSet,
+    Operand, Output, RANGE, Register, Swizzle, WriteMask,
 };
-
-use super::Lobes;
 
 /// First register of the units and of the terms; each register holds four.
 const UNITS: u8 = 10;
@@ -36,26 +34,30 @@ pub enum LobesError {
     Genome(#[from] GenomeError),
 }
 
-impl Lobes {
-    /// Program that computes the lobes, under the energy limit.
+impl Shape {
+    /// Program that computes the lobes of these parameters, under the energy limit.
     ///
     /// # Errors
     /// Returns [`LobesError`] if there are too many units or terms, an input has no register, or
     /// the genome is invalid.
-    pub fn genome(&self) -> Result<Genome, LobesError> {
-        let (units, terms) = (self.shape.units, self.shape.terms);
+    ///
+    /// # Panics
+    /// If the number of parameters is not [`Shape::len`].
+    pub fn genome(&self, parameters: &[f64]) -> Result<Genome, LobesError> {
+        let (units, terms) = (self.units, self.terms);
+        assert_eq!(parameters.len(), self.len(), "there is one value for each parameter");
         if units > MOST || terms > MOST {
             return Err(LobesError::TooLarge { units, terms });
         }
         let mut code = Code::new();
         let inputs: Vec<Operand> =
-            self.shape.inputs.iter().map(|input| holds(*input)).collect::<Result<_, _>>()?;
+            self.inputs.iter().map(|input| holds(*input)).collect::<Result<_, _>>()?;
         // R9.w starts as 1 in the extended dialect; its weight is the bias.
         let one = operand(Register::Temporary(9), Some(3));
         let features: Vec<Operand> = inputs.iter().copied().chain([one]).collect();
         for first in (0..units).step_by(4) {
             let register = UNITS + first_u8(first);
-            let weight = |unit: usize, input: usize| self.parameters[self.shape.unit(unit, input)];
+            let weight = |unit: usize, input: usize| parameters[self.unit(unit, input)];
             let count = (units - first).min(4);
             code.combine(register, count, &features, |k, input| weight(first + k, input));
             code.apply(Opcode::Spl, register, count);
@@ -66,8 +68,7 @@ impl Lobes {
         let features: Vec<Operand> = own.chain(inputs).collect();
         for first in (0..terms).step_by(4) {
             let register = TERMS + first_u8(first);
-            let weight =
-                |term: usize, feature: usize| self.parameters[self.shape.term(term, feature)];
+            let weight = |term: usize, feature: usize| parameters[self.term(term, feature)];
             let count = (terms - first).min(4);
             code.combine(register, count, &features, |k, feature| weight(first + k, feature));
             code.apply(Opcode::Ex2, register, count);
@@ -75,9 +76,8 @@ impl Lobes {
         let exponentials: Vec<Operand> = (0..terms)
             .map(|term| operand(Register::Temporary(TERMS + first_u8(term)), Some(component(term))))
             .collect();
-        let colour = |channel: usize, term: usize| {
-            libm::exp2(self.parameters[self.shape.colour(term, channel)])
-        };
+        let colour =
+            |channel: usize, term: usize| libm::exp2(parameters[self.colour(term, channel)]);
         code.combine(RESULT, 3, &exponentials, colour);
         Ok(code.genome()?.with_limit(true))
     }

@@ -1,0 +1,85 @@
+//! Structure of believable programs: lobes in which every unit and term has one role.
+
+use crate::lobes::Shape;
+use crate::{Dialect, Input, OpcodeSet};
+
+/// Terms in order: body, narrow highlight, wide highlight, rim.
+pub(super) const BODY: usize = 0;
+pub(super) const NARROW: usize = 1;
+pub(super) const WIDE: usize = 2;
+pub(super) const RIM: usize = 3;
+/// Number of terms.
+pub(super) const TERMS: usize = 4;
+/// Number of units; unit k bends the fall-off of highlight k + 1.
+pub(super) const UNITS: usize = 2;
+
+/// Inputs of believable programs. Only units read the first one.
+const INPUTS: [Input; 5] = [
+    Input::LogTanHalf,
+    Input::HalfDotLight,
+    Input::LogHalfAngle,
+    Input::LogCosineSum,
+    Input::LogCosineProduct,
+];
+
+/// Length of believable programs with the instructions that change nothing; that of the programs of
+/// searches, so that both can be crossed.
+const LENGTH: u16 = 120;
+/// Number of registers, as in the programs of searches.
+const REGISTERS: u8 = 16;
+
+/// Dialect of believable programs.
+#[must_use]
+pub fn dialect() -> Dialect {
+    Dialect {
+        opcodes: OpcodeSet::Extended,
+        registers: REGISTERS,
+        length: LENGTH,
+        isotropic: true,
+        homogeneous: true,
+        ..Dialect::default()
+    }
+}
+
+/// Shape of believable programs.
+#[must_use]
+pub fn shape() -> Shape {
+    Shape { inputs: INPUTS.to_vec(), units: UNITS, terms: TERMS }
+}
+
+/// A weight that differs between believable programs, with the distribution that fits of measured
+/// materials start from.
+#[derive(Debug, Clone, Copy)]
+pub struct Weight {
+    /// Index among the parameters of [`shape`].
+    pub index: usize,
+    /// Mean of the starts.
+    pub start: f64,
+    /// Standard deviation of the starts.
+    pub spread: f64,
+}
+
+/// Weights that differ, in the order of [`shape`]'s parameters. All others are 0.
+#[must_use]
+pub fn weights() -> Vec<Weight> {
+    let shape = shape();
+    let one = INPUTS.len();
+    let mut weights = Vec::new();
+    // 2^-u is 1 / (1 + (tan theta_h / alpha)^2) if the slope is 2 / ln 2 and the bias -2 log2 alpha.
+    for (unit, bias) in [8.0, 4.0].into_iter().enumerate() {
+        weights.push(Weight { index: shape.unit(unit, 0), start: 2.885, spread: 0.3 });
+        weights.push(Weight { index: shape.unit(unit, one), start: bias, spread: 1.5 });
+    }
+    for term in 0..TERMS {
+        if let NARROW | WIDE = term {
+            let unit = term - NARROW;
+            weights.push(Weight { index: shape.term(term, unit), start: -1.0, spread: 0.15 });
+        }
+        for input in 1..INPUTS.len() {
+            let index = shape.term(term, UNITS + input);
+            let start = if term == RIM && input == 4 { -0.4 } else { 0.0 };
+            weights.push(Weight { index, start, spread: 0.15 });
+        }
+    }
+    weights
+}

@@ -1,0 +1,120 @@
+//! Mutation and crossover of believable programs, by parameters. All children are believable.
+
+use super::anchor::{Anchor, Class};
+use super::parameters::{Parameters, WEIGHTS};
+use super::structure::{BODY, TERMS, UNITS};
+use super::{colour, draw};
+use crate::random::{Operator, Stream};
+use crate::{BirthKey, CONSTANTS, Instruction};
+
+/// Probability of a new shape in the old colour, and of a new colour, at amount 1.
+const RESHAPE: f32 = 0.8;
+const RECOLOUR: f32 = 1.0;
+/// Change of the shape at amount 1, in differences of two anchors.
+const STEP: f64 = 0.7;
+/// Standard deviation of the change of log2 of the albedo of each channel at amount 1.
+const COLOUR_STEP: f64 = 1.5;
+/// Channels of bodies stay between these albedos.
+const ALBEDOS: (f64, f64) = (0.03, 0.9);
+/// Largest channel of a metal's colour where it becomes that of a body.
+const METAL: f64 = 0.7;
+
+/// Mutates the constants of a believable program. Returns false if the program is not believable.
+pub(crate) fn mutate(
+    instructions: &[Instruction],
+    constants: &mut [[f32; 4]; CONSTANTS],
+    mutation: f32,
+    key: BirthKey,
+) -> bool {
+    let Some(old) = Parameters::of(instructions, constants) else { return false };
+    let mut stream = Stream::new(key, Operator::MutateBelievable);
+    let nearest = nearest(&old);
+    let (mut new, mut class) = (old, nearest.class);
+    if stream.chance(RESHAPE * mutation) {
+        class = draw::class(&mut stream);
+        let shape = draw::shape(class, &mut stream);
+        new = draw::coloured(class, &shape, colour_of(&old, nearest.class));
+    }
+    let change = draw::difference(class, &mut stream);
+    let step = STEP * f64::from(mutation);
+    for (weight, change) in new.weights.iter_mut().zip(change) {
+        *weight += step * change;
+    }
+    let levels = &change[WEIGHTS..][..TERMS];
+    for (term, change) in new.colours.iter_mut().zip(levels) {
+        *term = term.map(|colour| colour + step * change);
+    }
+    let albedo = if stream.chance(RECOLOUR * mutation) {
+        colour::draw(class, &mut stream)
+    } else {
+        colour_of(&old, nearest.class).map(|albedo| {
+            let change = COLOUR_STEP * f64::from(mutation * stream.bell());
+            (albedo * libm::exp2(change)).clamp(ALBEDOS.0, ALBEDOS.1)
+        })
+    };
+    draw::colour(&mut new, class, albedo);
+    new.write(&old, constants);
+    true
+}
+
+/// Crosses two believable programs: the roles and the colour of the second replace those of the
+/// first, each with probability `share`. Returns false if one of them is not believable.
+pub(crate) fn recombine(
+    (instructions, constants): (&[Instruction], &mut [[f32; 4]; CONSTANTS]),
+    second: (&[Instruction], &[[f32; 4]; CONSTANTS]),
+    share: f32,
+    key: BirthKey,
+) -> bool {
+    let Some(first) = Parameters::of(instructions, constants) else { return false };
+    let Some(second) = Parameters::of(second.0, second.1) else { return false };
+    let mut stream = Stream::new(key, Operator::RecombineBelievable);
+    // The terms, then the colour.
+    let mut taken: [bool; TERMS + 1] = std::array::from_fn(|_| stream.chance(share));
+    if share > 0.0 && share < 1.0 && taken.iter().all(|one| *one == taken[0]) {
+        let one = &mut taken[stream.below(TERMS as u32 + 1) as usize];
+        *one = !*one;
+    }
+    let mut child = first;
+    for term in (BODY..TERMS).filter(|term| taken[*term]) {
+        for at in weights_of(term) {
+            child.weights[at] = second.weights[at];
+        }
+        child.colours[term] = second.colours[term];
+    }
+    let nearest = nearest(&child);
+    let albedo = if taken[TERMS] { second } else { first };
+    let albedo = colour_of(&albedo, self::nearest(&albedo).class);
+    if taken.iter().any(|one| *one != taken[0]) {
+        draw::colour(&mut child, nearest.class, albedo);
+    }
+    child.write(&first, constants);
+    true
+}
+
+/// Colour of a program. The body of a metal is dark, so it is scaled to the reflectance of one.
+fn colour_of(parameters: &Parameters, class: Class) -> [f64; 3] {
+    let albedo = parameters.body_albedo();
+    let largest = albedo.iter().fold(1e-6, |a: f64, b| a.max(*b));
+    let factor = if class == Class::Metal { METAL / largest } else { 1.0 };
+    albedo.map(|albedo| (factor * albedo).clamp(ALBEDOS.0, ALBEDOS.1))
+}
+
+/// Indices of the weights of a term and its unit.
+fn weights_of(term: usize) -> impl Iterator<Item = usize> {
+    // Two weights of each unit; four of each term, and one more of each highlight.
+    let highlights = term.saturating_sub(1).min(UNITS);
+    let start = 2 * UNITS + 4 * term + highlights;
+    let is_highlight = (1..=UNITS).contains(&term);
+    let unit = if is_highlight { 2 * (term - 1)..2 * term } else { 0..0 };
+    unit.chain(start..start + 4 + usize::from(is_highlight))
+}
+
+/// Anchor with the most similar weights.
+fn nearest(parameters: &Parameters) -> &'static Anchor {
+    let distance = |anchor: &Anchor| -> f64 {
+        let both = parameters.weights.iter().zip(anchor.values);
+        both.map(|(a, b)| (a - b) * (a - b)).sum()
+    };
+    let anchors = Anchor::all().iter();
+    anchors.min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("there are anchors")
+}

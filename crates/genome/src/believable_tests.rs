@@ -1,0 +1,101 @@
+use super::parameters::{Parameters, WEIGHTS};
+use super::*;
+use crate::{BirthKey, Genome, Locks, Start, Variation};
+
+fn key(slot: u32) -> BirthKey {
+    BirthKey { seed: 5, slot, attempt: 0 }
+}
+
+fn drawn(slot: u32) -> Genome {
+    Variation::random(dialect()).with_start(Start::Believable).birth(key(slot))
+}
+
+fn mutant(parent: &Genome, mutation: f32, slot: u32) -> Genome {
+    Variation::mutate(parent, mutation).with_start(Start::Believable).birth(key(slot))
+}
+
+fn parameters(genome: &Genome) -> Parameters {
+    Parameters::of(genome.instructions(), genome.constants()).expect("it is believable")
+}
+
+#[test]
+fn draws_are_deterministic_limited_and_of_one_dialect() {
+    assert_eq!(weights().len(), WEIGHTS);
+    for slot in 0..200 {
+        let genome = drawn(slot);
+        assert_eq!(genome, drawn(slot));
+        assert_eq!(genome.dialect(), &dialect());
+        assert!(genome.is_limited());
+        assert_eq!(genome.instructions(), drawn(0).instructions());
+        assert_ne!(genome.hash(), drawn(slot + 1).hash());
+        let body = parameters(&genome).body_albedo();
+        assert!(body.iter().all(|albedo| (0.0..10.0).contains(albedo)), "{slot}: {body:?}");
+    }
+}
+
+#[test]
+fn parameters_are_read_back_from_the_program() {
+    for slot in 0..50 {
+        let genome = drawn(slot);
+        let read = parameters(&genome).genome();
+        let both = genome.constants().as_flattened().iter().zip(read.constants().as_flattened());
+        for (a, b) in both {
+            assert!((a - b).abs() <= 1e-5 * a.abs(), "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn mutation_changes_only_constants_for_generations() {
+    for slot in 0..30 {
+        let mut genome = drawn(slot);
+        for generation in 0..5 {
+            let child = mutant(&genome, [0.02, 0.3, 1.0][slot as usize % 3], 7 * slot + generation);
+            assert_eq!(child.instructions(), genome.instructions());
+            assert_ne!(child.constants(), genome.constants());
+            assert!(child.is_limited());
+            genome = child;
+        }
+    }
+}
+
+#[test]
+fn crossover_takes_parameters_of_both() {
+    for slot in 0..30 {
+        let (first, second) = (drawn(slot), drawn(slot + 1));
+        let child = |share| {
+            let crossover = Variation::crossover(&first, &second, share, 0.0);
+            crossover.with_start(Start::Believable).birth(key(slot))
+        };
+        assert_eq!(child(0.0), first);
+        let all = parameters(&child(1.0));
+        let other = parameters(&second);
+        assert_eq!(all.weights, other.weights);
+        let colours = all.colours.iter().zip(&other.colours);
+        for (a, b) in colours.flat_map(|(a, b)| a.iter().zip(b)) {
+            assert!((a - b).abs() < 1e-5, "{a} {b}");
+        }
+        let half = parameters(&child(0.5));
+        assert!(half != parameters(&first) && half != parameters(&second));
+    }
+}
+
+#[test]
+fn locked_constants_stay() {
+    let parent = drawn(3);
+    let locks = Locks { constants: vec![0, 4, 9], ..Locks::default() };
+    for slot in 0..20 {
+        let mutate = Variation::mutate(&parent, 0.8).with_start(Start::Believable);
+        let child = mutate.with_locks(Some(&locks)).birth(key(slot));
+        for constant in [0, 4, 9] {
+            assert_eq!(child.constants()[constant], parent.constants()[constant]);
+        }
+    }
+}
+
+#[test]
+fn other_programs_vary_as_ever() {
+    let wild = Variation::random(Start::Wild.dialect()).birth(key(0));
+    let usual = Variation::mutate(&wild, 0.3).birth(key(1));
+    assert_eq!(mutant(&wild, 0.3, 1), usual);
+}

@@ -1,0 +1,50 @@
+//! Starts of lineages: what random genomes are drawn from.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Dialect, believable};
+
+crate::named_enum! {
+    /// What the random genomes of a lineage are drawn from, and how its genomes vary.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
+    #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+    #[serde(rename_all = "lowercase")]
+    pub enum Start {
+        /// Programs with the parameters of measured materials. They vary by their parameters, so
+        /// that children look like materials too.
+        Believable => "believable",
+        /// Models of reflectance with random parameters: the dialect of length 0.
+        Models => "models",
+        /// Random programs.
+        #[default]
+        Wild => "wild",
+    }
+}
+
+impl Start {
+    /// Returns the start of a lineage of which only the dialect is given.
+    #[must_use]
+    pub fn of(dialect: &Dialect) -> Self {
+        if dialect.length == 0 { Self::Models } else { Self::Wild }
+    }
+
+    /// Returns the dialect of a lineage of which only the start is given.
+    #[must_use]
+    pub fn dialect(self) -> Dialect {
+        match self {
+            Self::Believable => believable::dialect(),
+            Self::Models => Dialect { length: 0, ..Dialect::default() },
+            Self::Wild => Dialect::default(),
+        }
+    }
+
+    /// True if genomes of the dialect can be drawn from this start.
+    #[must_use]
+    pub fn allows(self, dialect: &Dialect) -> bool {
+        match self {
+            Self::Believable => dialect.length > 0 && dialect.is_compatible(&self.dialect()),
+            Self::Models => dialect.length == 0,
+            Self::Wild => dialect.length > 0,
+        }
+    }
+}
