@@ -66,7 +66,7 @@ async function openOwn() {
   if (last && isListed) return open(last, null);
   const others = lineageStore.lineages.value.length;
   try {
-    await create(untitled(lineageStore.lineages.value), STARTS.materials);
+    await create(untitled(lineageStore.lineages.value), STARTS.believable);
     pageStore.othersFound.value = others;
   } catch (error) {
     // A token for reading alone cannot begin one.

@@ -60,7 +60,7 @@ pub struct BreedArgs {
     /// 60'
     #[arg(long, value_name = "WORDS")]
     pub dialect: Option<DialectWords>,
-    /// What random genomes are drawn from [default: wild, or models if the dialect's length is 0]
+    /// Source of random genomes [default: wild, or models if the dialect's length is 0]
     #[arg(long)]
     pub start: Option<StartWord>,
     /// The same as --start models

@@ -1,3 +1,5 @@
+//! Believable programs: drawn deterministically, bounded, and varied by their parameters.
+
 use super::parameters::{Parameters, WEIGHTS};
 use super::*;
 use crate::{BirthKey, Genome, Locks, Start, Variation};

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::{Dialect, believable};
 
 crate::named_enum! {
-    /// What the random genomes of a lineage are drawn from, and how its genomes vary.
+    /// Source of the random genomes of a lineage, which also decides how its genomes vary.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
     #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
     #[serde(rename_all = "lowercase")]

@@ -22,7 +22,7 @@ pub struct CreateLineage {
     /// Side of the thumbnails in pixels, 16 to 1024. Default: 256.
     #[serde(default = "default_thumbnail_px")]
     pub thumbnail_px: u32,
-    /// What random children are drawn from: `believable` (programs like measured materials),
+    /// Source of random children: `believable` (programs like measured materials),
     /// `models` (reflectance models) or `wild` (random programs). Default: `models` if the length
     /// of the dialect is 0, else `wild`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -109,7 +109,7 @@ pub struct Lineage {
     pub scene: SceneId,
     /// Side of its thumbnails in pixels.
     pub thumbnail_px: u32,
-    /// What its random children are drawn from.
+    /// Source of its random children.
     pub start: Start,
     /// Dialect of its genomes.
     #[schema(value_type = Object)]

@@ -21,8 +21,8 @@ const METALS: [[f64; 3]; 10] = [
 /// Share of metals that are anodised, in any hue.
 const ANODISED: f32 = 0.25;
 
-/// Tint of each term: how far it takes the colour of the body, 0 to 1. Highlights of dielectrics are
-/// white, those of metals are not.
+/// Tint of each term: how far it takes the colour of the body, 0 to 1. Highlights of dielectrics
+/// are white, those of metals are not.
 pub(super) fn tints(class: Class) -> [f64; TERMS] {
     match class {
         Class::Metal => [1.0; TERMS],

@@ -20,8 +20,8 @@ const SHARES: [(Class, u32); 8] = [
 ];
 /// Deviation of a draw from a point between two anchors, in differences of two anchors.
 const SPREAD: f64 = 0.1;
-/// Farthest point from the first of two anchors, as a share of their distance. In the middle between
-/// unlike anchors highlights are lost.
+/// Farthest point from the first of two anchors, as a share of their distance. In the middle
+/// between unlike anchors highlights are lost.
 const FARTHEST: f64 = 0.4;
 /// Least mean albedo of the body of a metal.
 const LEAST_METAL: f64 = 0.02;

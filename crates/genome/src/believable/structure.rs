@@ -65,7 +65,8 @@ pub fn weights() -> Vec<Weight> {
     let shape = shape();
     let one = INPUTS.len();
     let mut weights = Vec::new();
-    // 2^-u is 1 / (1 + (tan theta_h / alpha)^2) if the slope is 2 / ln 2 and the bias -2 log2 alpha.
+    // 2^-u is 1 / (1 + (tan theta_h / alpha)^2) if the slope is 2 / ln 2 and the bias
+    // -2 log2 alpha.
     for (unit, bias) in [8.0, 4.0].into_iter().enumerate() {
         weights.push(Weight { index: shape.unit(unit, 0), start: 2.885, spread: 0.3 });
         weights.push(Weight { index: shape.unit(unit, one), start: bias, spread: 1.5 });

@@ -29,7 +29,7 @@ pub struct LineageFile {
     /// Individual of the file that was chosen as the cover.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cover_individual: Option<IndividualId>,
-    /// What random children are drawn from, if it does not follow from the dialect.
+    /// Source of random children, if it does not follow from the dialect.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
     /// Dialect of the genomes.
