@@ -1027,7 +1027,7 @@ export interface components {
             saturation: number;
             /** @description Id of the scene of its thumbnails. */
             scene: components["schemas"]["SceneId"];
-            /** @description What its random children are drawn from. */
+            /** @description Source of its random children. */
             start: components["schemas"]["Start"];
             /** @description Tags, as they were written. */
             tags: string[];
@@ -1691,7 +1691,7 @@ export interface components {
          */
         SpherePole: "y" | "z";
         /**
-         * @description What the random genomes of a lineage are drawn from, and how its genomes vary.
+         * @description Source of the random genomes of a lineage, which also decides how its genomes vary.
          * @enum {string}
          */
         Start: "believable" | "models" | "wild";

@@ -169,6 +169,7 @@ async fn data_of_an_earlier_version_has_no_tags_and_its_hidden_lineages_can_be_r
         "DROP INDEX individual_lineage_favourite",
         "ALTER TABLE lineage DROP COLUMN cover_id",
         "ALTER TABLE lineage DROP COLUMN tags_json",
+        "ALTER TABLE lineage DROP COLUMN start",
         "DELETE FROM _sqlx_migrations WHERE version >= 15",
     ] {
         sqlx::query(sql).execute(&mut database).await.unwrap();

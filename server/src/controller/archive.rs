@@ -314,7 +314,7 @@ mod tests {
         assert_eq!(names[0], "matt-clay-0707");
         assert_eq!(names[1], "matt-clay-070707070707");
         assert_eq!(taken.len(), 5, "{names:?}");
-        assert_eq!(names[4], "matt-clay-070707070707-3");
+        assert_eq!(names[4], "matt-clay-070707070707-4");
     }
 
     #[test]
