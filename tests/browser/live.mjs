@@ -162,10 +162,8 @@ export async function live(app, step, shot, base) {
     "opens without moving the light on a software renderer",
     async () => {
       const before = await app.open();
-      await app.id("presets").click();
-      await app.id("preset-pearl").click();
-      await around(page, before);
-      const { lights } = await app.reshown(() => app.id("object").selectOption("knob"));
+      const seen = await app.api(`/v1/lineages/${(await app.generation(before)).lineage}`);
+      const { lights } = await app.api(`/v1/scenes/${seen.scene}`);
       assert.deepEqual(
         lights.map(({ kind, image, fixed }) => [kind, image, fixed]),
         [
@@ -174,6 +172,10 @@ export async function live(app, step, shot, base) {
         ],
         "a new lineage is seen in the studio under a lamp",
       );
+      await app.id("presets").click();
+      await app.id("preset-pearl").click();
+      await around(page, before);
+      await app.reshown(() => app.id("object").selectOption("knob"));
       await app.reshown(() => app.id("environment").selectOption("none"));
       const id = await app.ready();
       await page.waitForFunction(

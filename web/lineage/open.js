@@ -93,11 +93,16 @@ function openNewest() {
 const NEAR = 0.1;
 
 /**
- * Scene of a new lineage: an object with curves, a flat, a groove and a base, in the studio under a
- * lamp.
+ * Scene of a new lineage: an object with curves, a flat, a groove and a base, under a lamp.
  * @type {Partial<Scene>}
  */
-const FIRST_SCENE = { mesh: "ball", lights: [{ kind: "point" }, environment("studio")] };
+const UNDER_LAMP = { mesh: "ball", lights: [{ kind: "point" }] };
+/**
+ * The same in the studio. Not for starts with many anisotropic or textured materials, whose
+ * pictures take seconds in environments.
+ * @type {Partial<Scene>}
+ */
+const IN_STUDIO = { mesh: "ball", lights: [{ kind: "point" }, environment("studio")] };
 
 /**
  * Fills an empty lineage with the presets of its dialect.
@@ -135,15 +140,16 @@ const beginAtRandom = (id) => breedNext(id, []);
 /**
  * @param {string} name
  * @param {{start?: Start, dialect?: Partial<Dialect>, saturation?: number, begin?: (id: string) =>
- *   Promise<void>, scene?: string}} [how] `begin`: makes the first generation in place of a random
- *   brood; `scene`: default: that of the open lineage for a chosen material, else a new one
+ *   Promise<void>, first?: Partial<Scene>, scene?: string}} [how] `begin`: makes the first
+ *   generation in place of a random brood; `scene`: id; default: that of the open lineage for a
+ *   chosen material, else the new scene `first`
  */
 export async function create(
   name,
-  { start, dialect, saturation = DEFAULT_SATURATION, begin, scene: chosen } = {},
+  { start, dialect, saturation = DEFAULT_SATURATION, begin, first = UNDER_LAMP, scene: chosen } = {},
 ) {
   const shown = begin && begin !== beginWithMaterials && sceneStore.scene.value?.id;
-  const scene = chosen || shown || (await api.createScene(FIRST_SCENE)).id;
+  const scene = chosen || shown || (await api.createScene(first)).id;
   const made = await api.createLineage({
     name, thumbnail_px: 256, saturation, start, dialect, scene, energy_limit: true,
   });
@@ -156,9 +162,9 @@ export async function create(
  * @type {Record<Start|"presets", Parameters<typeof create>[1]>}
  */
 export const STARTS = {
-  believable: { start: "believable", saturation: 1 },
+  believable: { start: "believable", saturation: 1, first: IN_STUDIO },
   presets: { saturation: 1, begin: beginWithMaterials },
-  models: { start: "models" },
+  models: { start: "models", first: IN_STUDIO },
   wild: { start: "wild" },
 };
 
