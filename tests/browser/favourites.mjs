@@ -47,7 +47,9 @@ export async function favourites(app, step, shot, base) {
   const dialog = app.id("favourites-dialog");
   const tile = ({ id }) => app.id(`favourite-${id}`);
   const ofTile = (of, name) => tile(of).getByTestId(name);
-  await app.open();
+  // Both are wild: believable programs have another machine.
+  const open = await poster(base)("/v1/lineages", { name: "Open" });
+  await app.open(`#/lineage/${open.id}`);
   const other = await lineageOf(base, "Metals of others", 11);
   const [one, two] = other.individuals.slice(2, 4);
 
@@ -167,8 +169,10 @@ export async function favourites(app, step, shot, base) {
 }
 
 /** The same on a narrow touch screen; a favourite was marked before. */
-export async function favouritesByFinger(app, step, shot) {
+export async function favouritesByFinger(app, step, shot, base) {
   const { page } = app;
+  const { individuals } = await app.generation(await app.ready());
+  await mark(base, individuals.slice(5, 6));
   await step("shows favourites and marks a mate on a screen of 360 pixels", async () => {
     await app.id("favourites").tap();
     await page.locator(".tile").first().waitFor();
@@ -177,7 +181,8 @@ export async function favouritesByFinger(app, step, shot) {
     await app.fits(app.id("favourites-dialog"));
     await app.accessible("favourites, 360 x 740");
     await shot("favourites-5-narrow");
-    await page.getByTestId("favourite-mate").first().tap();
+    assert.ok(await page.locator("[data-testid=favourite-mate]:disabled").count(), "wild ones");
+    await page.locator("[data-testid=favourite-mate]:enabled").first().tap();
     await app.id("favourites-dialog").waitFor({ state: "hidden" });
     await app.fits(page.locator("html"));
     await app.id("lineage-menu").tap();

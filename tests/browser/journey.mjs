@@ -306,7 +306,7 @@ async function narrow(app, base) {
   await compareByFinger(app, step, shotOf(app));
   await inspectByFinger(app, step, shotOf(app));
   await comparisonByFinger(app, step, shotOf(app));
-  await favouritesByFinger(app, step, shotOf(app));
+  await favouritesByFinger(app, step, shotOf(app), base);
   await searchByFinger(app, step, shotOf(app));
   await targetByFinger(app, step, shotOf(app), base);
   await editedByFinger(app, step, shotOf(app));

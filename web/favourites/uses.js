@@ -7,7 +7,7 @@ import * as api from "../api/routes.js";
 import { pin } from "../compare/ab.js";
 import { storeBred } from "../lineage/generations.js";
 import { updateIndividual } from "../lineage/individuals.js";
-import { goTo, replaceListed } from "../lineage/open.js";
+import { goTo, goesInto, replaceListed } from "../lineage/open.js";
 import { startFromGenome } from "../lineage/presets.js";
 import { FRAMES, lineageStore } from "../lineage/store.js";
 import { guarded, runExclusive } from "../page/problem.js";
@@ -50,6 +50,18 @@ const ownWith = (hash) =>
   lineageStore.ordered.value
     .flatMap(({ individuals }) => individuals)
     .find((one) => one.hash === hash);
+
+/**
+ * True if the open lineage accepts a favourite: programs need one of the same machine.
+ * @param {Favourite} of
+ */
+export function acceptsMate(of) {
+  const open = lineageStore.lineage.value;
+  const dialect = lineageOf(of.lineage)?.dialect;
+  if (!open || of.lineage === open.id) return open !== null;
+  // The server decides about a hidden lineage, whose dialect is not known here.
+  return !dialect || of.live_instructions === 0 || goesInto(open.dialect, dialect);
+}
 
 /**
  * Marks a favourite as the mate. One of another lineage is imported into the open lineage first.

@@ -8,7 +8,7 @@ import { choose } from "../../favourites/chosen.js";
 import { lineageName, lineageOf, nameOfFavourite, placeOf } from "../../favourites/list.js";
 import { favouritesStore, largeUrl } from "../../favourites/store.js";
 import {
-  keepFavourite, pinFavourite, showFavourite, startFromFavourite, toggleCover, useAsMate,
+  acceptsMate, keepFavourite, pinFavourite, showFavourite, startFromFavourite, toggleCover, useAsMate,
 } from "../../favourites/uses.js";
 import { modelsInWords, modelsOf } from "../../lineage/layers.js";
 import { lineageStore } from "../../lineage/store.js";
@@ -36,10 +36,13 @@ const Removed = ({ of }) => html`
 function Uses({ of }) {
   const name = nameOfFavourite(of);
   const isOwn = of.lineage === lineageStore.lineage.value?.id;
+  const accepted = acceptsMate(of);
+  const elsewhere = accepted ? "Import it into the open lineage and mark it as the mate" : "Programs of this dialect do not fit the open lineage; Start makes one for it";
+  const hint = isOwn ? "Mark it as the mate: the next click on a frame crosses both" : elsewhere;
   const isCover = lineageOf(of.lineage)?.cover_individual === of.id;
   return html`
     <div class="row uses">
-      <button type="button" data-testid="favourite-mate" aria-label=${`Mate: ${name}`} title=${isOwn ? "Mark it as the mate: the next click on a frame crosses both" : "Import it into the open lineage and mark it as the mate"} disabled=${!lineageStore.lineage.value} onClick=${() => useAsMate(of)}>Mate</button>
+      <button type="button" data-testid="favourite-mate" aria-label=${`Mate: ${name}`} title=${hint} disabled=${!accepted} onClick=${() => useAsMate(of)}>Mate</button>
       <button type="button" data-testid="favourite-start" aria-label=${`Start: ${name}`} title="Start a new lineage from it, in the same light" onClick=${() => startFromFavourite(of)}>Start</button>
       <button type="button" data-testid="favourite-pin" aria-label=${`A / B: ${name}`} title="Compare it with the centre, as B" onClick=${() => pinFavourite(of)}>A / B</button>
     </div>
