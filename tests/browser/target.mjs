@@ -3,6 +3,8 @@
 
 import { strict as assert } from "node:assert";
 
+import { poster } from "./server.mjs";
+
 const SIDE_PX = 96;
 
 /** Renders the newest measured target in the open lineage's scene. */
@@ -15,6 +17,12 @@ async function photograph(app, base, name, light = "") {
   );
   assert.equal(answer.status, 200, `${answer.url}: ${answer.status}`);
   return { name, mimeType: "image/png", buffer: Buffer.from(await answer.arrayBuffer()) };
+}
+
+/** Opens a lineage under one lamp: pictures in environments cannot be searched for. */
+async function underLamp(app, base) {
+  const { id } = await poster(base)("/v1/lineages", { name: "Under a lamp" });
+  await app.open(`#/lineage/${id}`);
 }
 
 /** Scene of the open lineage, as a user would paste it. */
@@ -56,7 +64,7 @@ export async function target(app, step, shot, base) {
   const own = (at) => app.id(`view-${at}-from`).getByRole("radio", { name: "its own" });
 
   await step("stops an upload, and keeps the chosen file", async () => {
-    await app.ready();
+    await underLamp(app, base);
     await openForm(app);
     await page.route("**/v1/targets", (route) =>
       route.request().method() === "POST" ? undefined : route.continue(),
@@ -230,6 +238,7 @@ export async function target(app, step, shot, base) {
 export async function targetByFinger(app, step, shot, base) {
   const { page } = app;
   await step("shows a target's picture and scene on a screen of 360 pixels", async () => {
+    await underLamp(app, base);
     await app.id("searches").tap();
     await app.id("searches-dialog").getByRole("button", { name: "New search" }).first().tap();
     await app

@@ -206,6 +206,14 @@ function useViews(views) {
   replaceTarget({ file: views[0].file, kind: "image", views });
 }
 
+/** Kinds of light under which searches match pictures. */
+const SEARCHED = ["point", "spot", "directional", "ies"];
+
+/** True if a lineage is open whose scene can be that of a picture. */
+const isOpenUsable = () =>
+  lineageStore.lineage.value !== null &&
+  (sceneStore.scene.value?.lights ?? []).every(({ kind }) => SEARCHED.includes(kind ?? "point"));
+
 /** @param {File[]} files */
 export function addPictures(files) {
   if (files.length === 0) return;
@@ -214,8 +222,7 @@ export function addPictures(files) {
       ? searchStore.draft.value.views
       : [];
   const views = [...before];
-  for (const file of files)
-    views.push(newPicture(file, views.at(-1), lineageStore.lineage.value !== null));
+  for (const file of files) views.push(newPicture(file, views.at(-1), isOpenUsable()));
   if (views.length > MOST_PICTURES)
     return showRefusal(
       "Too many pictures",
@@ -233,10 +240,7 @@ export function readAs(kind) {
   const isThere = views[0]?.file === file;
   replaceTarget({
     kind,
-    views:
-      kind === "image" && !isThere
-        ? [newPicture(file, undefined, lineageStore.lineage.value !== null)]
-        : views,
+    views: kind === "image" && !isThere ? [newPicture(file, undefined, isOpenUsable())] : views,
   });
   readFile();
 }

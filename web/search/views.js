@@ -39,13 +39,13 @@ let lastKey = 0;
  * the same object.
  * @param {File} file
  * @param {PictureDraft|undefined} before
- * @param {boolean} hasOpen true if a lineage is open
+ * @param {boolean} isOpenUsable true if the scene of the open lineage can be searched in
  * @returns {PictureDraft}
  */
-export function newPicture(file, before, hasOpen) {
+export function newPicture(file, before, isOpenUsable) {
   lastKey += 1;
   const { from, text, light, samples, gain } = before ?? {
-    from: hasOpen ? "open" : "default",
+    from: isOpenUsable ? "open" : "default",
     text: "",
     light: "",
     samples: "adaptive",
