@@ -3,7 +3,7 @@
 
 import { strict as assert } from "node:assert";
 
-import { hold } from "./live.mjs";
+import { hold, underLamp } from "./live.mjs";
 import { around } from "./materials.mjs";
 import { onPixels } from "./pixels.mjs";
 
@@ -207,7 +207,7 @@ export async function editedLive(app, step, shot) {
   const { page } = app;
   await step("draws an edited parameter live while it is dragged", async () => {
     await begin(app, "model-gold");
-    await app.reshown(() => app.id("environment").selectOption("none"));
+    await underLamp(app);
     if (!(await app.id("edit").isVisible())) await app.id("details-toggle").click();
     await edit(app);
     const centreLit = () =>

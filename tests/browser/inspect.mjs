@@ -37,13 +37,16 @@ async function bred(app, act) {
   return { sent: (await sent).postDataJSON(), generation };
 }
 
-/** Toggles the energy limit and waits until the lineage has stored it. */
+/** Sets the energy limit and waits until the lineage has stored it; off before if it is on. */
 async function limit(app) {
-  const patched = app.page.waitForResponse((it) => it.request().method() === "PATCH");
-  await app.page.getByRole("switch", { name: "energy limit" }).check();
-  const answer = await patched;
-  assert.equal(answer.status(), 200);
-  assert.equal((await answer.json()).energy_limit, true);
+  const control = app.page.getByRole("switch", { name: "energy limit" });
+  for (const on of (await control.isChecked()) ? [false, true] : [true]) {
+    const patched = app.page.waitForResponse((it) => it.request().method() === "PATCH");
+    await control.setChecked(on);
+    const answer = await patched;
+    assert.equal(answer.status(), 200);
+    assert.equal((await answer.json()).energy_limit, on);
+  }
 }
 
 /** Runs the journey; `shot` saves a screenshot. */
@@ -55,6 +58,7 @@ export async function inspect(app, step, shot, base) {
     await app.open();
     await app.id("lineage-menu").click();
     await app.id("lineage-name").fill("looked into");
+    await app.id("lineage-start").getByRole("radio", { name: "wild" }).check();
     await app.becomes(() => app.id("lineage-new").click());
     await limit(app);
     const { sent, generation } = await bred(app, () => app.cell(4).click());

@@ -4,7 +4,7 @@ import { strict as assert } from "node:assert";
 import { execFile } from "node:child_process";
 import { promisify } from "node:util";
 
-import { allLit, asServerDraws, hold, slide } from "./live.mjs";
+import { allLit, asServerDraws, hold, slide, underLamp } from "./live.mjs";
 import { around } from "./materials.mjs";
 
 const genome = (app, individual) => app.api(`/v1/genomes/${individual.hash}`);
@@ -164,7 +164,7 @@ export async function modelsLive(app, step, shot, base) {
     // With automatic exposure, the light of each picture would matter (docs/maths/film.md).
     // The ball has more borders that only the server antialiases.
     await app.reshown(() => app.id("object").selectOption("sphere"));
-    await app.reshown(() => app.id("environment").selectOption("none"));
+    await underLamp(app);
     await app.reshown(() => slide(app, "exposure", -1));
     await hold(app, "light", 75);
     await allLit(page);
@@ -191,7 +191,7 @@ export async function modelsLive(app, step, shot, base) {
     }
     assert.ok(kinds.size > 8, `${[...kinds]}`);
     await app.reshown(() => app.id("object").selectOption("sphere"));
-    await app.reshown(() => app.id("environment").selectOption("none"));
+    await underLamp(app);
     await app.reshown(() => slide(app, "exposure", -1));
     await hold(app, "light", 40);
     await allLit(page);

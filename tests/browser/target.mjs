@@ -21,7 +21,7 @@ async function photograph(app, base, name, light = "") {
 
 /** Opens a lineage under one lamp: pictures in environments cannot be searched for. */
 async function underLamp(app, base) {
-  const { id } = await poster(base)("/v1/lineages", { name: "Under a lamp" });
+  const { id } = await poster(base)("/v1/lineages", { name: "Under a lamp", start: "believable" });
   await app.open(`#/lineage/${id}`);
 }
 
