@@ -6,6 +6,7 @@ import { strict as assert } from "node:assert";
 import { runExports } from "./exports.mjs";
 import { around } from "./materials.mjs";
 import { onPixels } from "./pixels.mjs";
+import { poster } from "./server.mjs";
 
 /** Programs that are run both ways. */
 const PROGRAMS = 40;
@@ -345,12 +346,24 @@ export async function live(app, step, shot, base) {
   await surrounded(app, step, shot, base);
 }
 
-/** Draws environments live. */
+/** Draws environments live, in a lineage of believable programs: these are isotropic. */
 async function surrounded(app, step, shot, base) {
   const { page } = app;
-  const even = ["isotropic", "homogeneous"].map((name) => page.getByRole("switch", { name }));
+  const { lineage: before } = await app.generation(await app.ready());
+  const goTo = async (lineage) => {
+    const last = await app.ready();
+    await app.open(`#/lineage/${lineage}`);
+    await around(page, last);
+  };
 
   await step("draws an environment live like the server, under a lamp that circles", async () => {
+    const send = poster(base);
+    const { id } = await send("/v1/lineages", { name: "Surrounded", start: "believable" });
+    await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 5 });
+    await goTo(id);
+    const generation = await app.generation(await app.ready());
+    assert.equal(generation.lineage, id);
+    await app.reshown(() => slide(app, "exposure", -1));
     const lamp = await app.reshown(() => slide(app, "light-ev", -1));
     assert.equal(lamp.lights.length, 1);
     await app.reshown(() => app.id("environment").selectOption("studio"));
@@ -358,14 +371,6 @@ async function surrounded(app, step, shot, base) {
     const scene = await app.reshown(() => slide(app, "environment-ev", -0.5));
     assert.equal(scene.lights[1].rotation_deg, 40);
     assert.ok(Math.abs(scene.lights[1].scale[1] - 2 ** -0.5) < 1e-9);
-    const shown = await app.ready();
-    await app.id("presets").click();
-    await app.id("preset-red-plastic").click();
-    await around(page, shown);
-    for (const one of even) await one.check();
-    // The centre of the first brood may be anisotropic or textured, that of the second is not.
-    await app.becomes(() => app.cell(19).click());
-    const generation = await app.generation(await app.becomes(() => app.cell(19).click()));
     await hold(app, "light", 75);
     await allLit(page);
     const text = await asServerDraws(app, generation, 75, base);
@@ -403,7 +408,7 @@ async function surrounded(app, step, shot, base) {
       plain.lights.map(({ kind }) => kind),
       ["point"],
     );
-    for (const one of even) await one.uncheck();
+    await goTo(before);
   });
 }
 
