@@ -13,7 +13,8 @@ mod structure;
 mod vary;
 
 pub use anchor::Class;
-pub use structure::{Weight, dialect, shape, weights};
+pub use parameters::assign_roles;
+pub use structure::{TERMS, WEIGHTS, Weight, dialect, shape, weights};
 
 pub(crate) use draw::genome;
 pub(crate) use vary::{mutate, recombine};

@@ -1,8 +1,8 @@
 //! Believable programs: drawn deterministically, bounded, and varied by their parameters.
 
-use super::parameters::{Parameters, WEIGHTS};
+use super::parameters::Parameters;
 use super::*;
-use crate::{BirthKey, Genome, Locks, Start, Variation};
+use crate::{BirthKey, Channel, Genome, Locks, Start, Variation};
 
 fn key(slot: u32) -> BirthKey {
     BirthKey { seed: 5, slot, attempt: 0 }
@@ -92,6 +92,55 @@ fn locked_constants_stay() {
         for constant in [0, 4, 9] {
             assert_eq!(child.constants()[constant], parent.constants()[constant]);
         }
+    }
+}
+
+#[test]
+fn locked_channels_stay_and_the_others_change_in_colour() {
+    let (first, second) = (drawn(3), drawn(9));
+    let locks = Locks { channels: vec![Channel::Red, Channel::Blue], ..Locks::default() };
+    let old = parameters(&first);
+    let mut changed = 0;
+    for slot in 0..20 {
+        for variation in
+            [Variation::mutate(&first, 0.8), Variation::crossover(&first, &second, 0.5, 0.8)]
+        {
+            let child =
+                variation.with_start(Start::Believable).with_locks(Some(&locks)).birth(key(slot));
+            let new = parameters(&child);
+            assert_eq!(new.weights, old.weights);
+            for (new, old) in new.colours.iter().zip(&old.colours) {
+                assert_eq!([new[0], new[2]], [old[0], old[2]]);
+                changed += u32::from(new[1].to_bits() != old[1].to_bits());
+            }
+        }
+    }
+    assert!(changed > 40, "{changed}");
+}
+
+#[test]
+fn child_is_a_twin_when_everything_is_locked() {
+    let parent = drawn(3);
+    let channels = vec![Channel::Red, Channel::Green, Channel::Blue];
+    let locks = Locks { channels, ..Locks::default() };
+    let mutate = Variation::mutate(&parent, 0.8).with_start(Start::Believable);
+    assert_eq!(mutate.with_locks(Some(&locks)).birth(key(1)), parent);
+}
+
+#[test]
+fn roles_are_assigned_once() {
+    for slot in 0..20 {
+        let own = parameters(&drawn(slot));
+        let (mut weights, mut levels) = (own.weights, own.colours.map(|colours| colours[0]));
+        assign_roles(&mut weights, &mut levels);
+        let once = (weights, levels);
+        assign_roles(&mut weights, &mut levels);
+        assert_eq!((weights, levels), once);
+        let mut all = weights.map(f64::to_bits);
+        let mut before = own.weights.map(f64::to_bits);
+        all.sort_unstable();
+        before.sort_unstable();
+        assert_eq!(all, before, "weights are only exchanged");
     }
 }
 

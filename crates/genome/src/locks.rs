@@ -161,6 +161,10 @@ impl Locks {
 pub(crate) struct ResolvedLocks {
     instructions: Vec<bool>,
     constants: [bool; CONSTANTS],
+    /// Constants that are locked by their own index, not by a channel.
+    named: [bool; CONSTANTS],
+    /// Locked channels, red in the lowest bit.
+    channels: u8,
     /// For each position and register, the components that locked channels read after it; empty if
     /// no channel is locked.
     needed: Vec<[u8; REGISTERS]>,
@@ -224,6 +228,8 @@ impl ResolvedLocks {
         Self {
             instructions: vec![false; length],
             constants: [false; CONSTANTS],
+            named: [false; CONSTANTS],
+            channels: 0,
             needed: Vec::new(),
             layers: LockedLayers::default(),
         }
@@ -243,10 +249,12 @@ impl ResolvedLocks {
         for index in &locks.constants {
             locked.constants[usize::from(*index)] = true;
         }
+        locked.named = locked.constants;
         let result = locks.channels.iter().fold(0, |mask, channel| mask | 1 << *channel as u8);
         if result == 0 {
             return locked;
         }
+        locked.channels = result;
         locked.needed = vec![[0; REGISTERS]; instructions.len()];
         walk_backwards(instructions, result, |index, live, needed| {
             locked.needed[index].copy_from_slice(&needed[..REGISTERS]);
@@ -275,6 +283,24 @@ impl ResolvedLocks {
     /// True if a constant register is locked.
     pub(crate) fn locks_constant(&self, index: usize) -> bool {
         self.constants[index]
+    }
+
+    /// Locked channels, red in the lowest bit.
+    pub(crate) fn channels(&self) -> u8 {
+        self.channels
+    }
+
+    /// Brings the constants back that are locked by their own index.
+    pub(crate) fn restore_named(
+        &self,
+        constants: &mut [[f32; 4]; CONSTANTS],
+        old: &[[f32; 4]; CONSTANTS],
+    ) {
+        for (index, (new, old)) in constants.iter_mut().zip(old).enumerate() {
+            if self.named[index] {
+                *new = *old;
+            }
+        }
     }
 
     /// True if the parent's instruction at a position may be replaced by `other`.

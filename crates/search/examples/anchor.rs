@@ -7,7 +7,7 @@
 use std::error::Error;
 
 use brood_brdf::Neural;
-use brood_genome::believable::{self, Class};
+use brood_genome::believable::{self, Class, TERMS, WEIGHTS};
 use brood_search::lobes::{Restricted, fit_restricted};
 use brood_target::MeasuredTarget;
 
@@ -45,8 +45,8 @@ const WORST: f64 = 0.1;
 
 struct Row {
     class: Class,
-    weights: Vec<f64>,
-    levels: Vec<f64>,
+    weights: [f64; WEIGHTS],
+    levels: [f64; TERMS],
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -93,34 +93,13 @@ fn class(name: &str) -> Class {
 
 fn row(name: &str, how: &Restricted, parameters: &[f64]) -> Row {
     let shape = &how.shape;
-    let mut weights: Vec<f64> =
-        believable::weights().iter().map(|weight| parameters[weight.index]).collect();
+    let all = believable::weights();
+    let mut weights = std::array::from_fn(|at| parameters[all[at].index]);
     let mean = |term: usize| {
         let colour = |channel: usize| parameters[shape.colour(term, channel)];
         (0..3).map(colour).sum::<f64>() / 3.0
     };
-    let mut levels: Vec<f64> = (0..shape.terms).map(mean).collect();
-    // The narrower highlight is the one that bends at the smaller angle: at -bias / slope.
-    let bend = |unit: usize| -weights[2 * unit + 1] / weights[2 * unit];
-    if bend(0) > bend(1) {
-        weights.swap(0, 2);
-        weights.swap(1, 3);
-        // Four weights of the body, then five of each highlight.
-        let (narrow, wide) = weights[8..18].split_at_mut(5);
-        narrow.swap_with_slice(wide);
-        levels.swap(1, 2);
-    }
-    // The body is brighter than the rim with the light at the normal and the eye at 45 degrees.
-    let cos = 0.923_879_532_511_286_7_f64;
-    let diagonal = std::f64::consts::FRAC_1_SQRT_2;
-    let inputs = [cos, 0.5 * (1.0 - cos + 0.002).ln(), (1.0 + diagonal).ln(), diagonal.ln()];
-    let bright = |first: usize, level: f64| {
-        level + inputs.iter().zip(&weights[first..]).map(|(x, weight)| x * weight).sum::<f64>()
-    };
-    if bright(4, levels[0]) < bright(18, levels[3]) {
-        let (body, rim) = weights.split_at_mut(18);
-        body[4..8].swap_with_slice(rim);
-        levels.swap(0, 3);
-    }
+    let mut levels = std::array::from_fn(mean);
+    believable::assign_roles(&mut weights, &mut levels);
     Row { class: class(name), weights, levels }
 }

@@ -5,8 +5,7 @@
 
 use std::sync::LazyLock;
 
-use super::parameters::WEIGHTS;
-use super::structure::TERMS;
+use super::structure::{TERMS, WEIGHTS};
 
 crate::named_enum! {
     /// Class of materials that look alike and take their colours from one distribution.

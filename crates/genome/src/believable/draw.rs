@@ -2,8 +2,8 @@
 
 use super::anchor::{Anchor, Class, VALUES};
 use super::colour;
-use super::parameters::{Parameters, WEIGHTS};
-use super::structure::TERMS;
+use super::parameters::Parameters;
+use super::structure::{TERMS, WEIGHTS};
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, Genome};
 
@@ -88,9 +88,8 @@ pub(super) fn coloured(class: Class, shape: &[f64; VALUES], albedo: [f64; 3]) ->
     parameters
 }
 
-/// Changes the colour. Each term follows by its tint ([`colour::tints`]), or more if it is as flat
-/// as a body. Metals keep their brightness, of which the
-/// body is a small part.
+/// Changes the colour. Each term follows by its tint ([`colour::tints`]), or by its flatness if that
+/// is larger. Metals keep their brightness, of which the body is a small part.
 pub(super) fn colour(parameters: &mut Parameters, class: Class, albedo: [f64; 3]) {
     // f is the square of the sum of terms.
     let half_log = |albedo: f64| 0.5 * libm::log2(albedo);

@@ -2,11 +2,10 @@
 
 use std::sync::LazyLock;
 
-use super::structure::{self, BODY, NARROW, TERMS, UNITS, WIDE};
+use super::structure::{
+    self, BODY, NARROW, RIM, TERMS, WEIGHTS, WIDE, fall_off_of, inputs_of, is_highlight, unit_of,
+};
 use crate::{CONSTANTS, Genome, Instruction, RANGE};
-
-/// Number of weights.
-pub(super) const WEIGHTS: usize = 22;
 
 /// Parameters of a believable program.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,49 +99,84 @@ impl Parameters {
         }
     }
 
-    /// Value of each term with the light at the normal and the eye at 45 degrees, relative to its
-    /// value without the fall-off of the highlight.
+    /// Value of each term at [`AT_45`], relative to its value without the fall-off of the highlight.
     pub(super) fn flatness(&self) -> [f64; TERMS] {
-        let fall_off = |term: usize| self.weights[4 + 4 * term + (term - 1)] * self.bent(term - 1);
-        std::array::from_fn(|term| match term {
-            NARROW | WIDE => libm::exp2(fall_off(term)).min(1.0),
-            _ => 0.0,
-        })
+        let flatness = |term| libm::exp2(fall_off(&self.weights, term)).min(1.0);
+        std::array::from_fn(|term| if is_highlight(term) { flatness(term) } else { 0.0 })
     }
 
-    /// Value of a unit with the light at the normal and the eye at 45 degrees.
-    fn bent(&self, unit: usize) -> f64 {
-        // ln tan of half of 45 degrees.
-        let tan = libm::log(std::f64::consts::SQRT_2 - 1.0);
-        let argument = self.weights[2 * unit] * tan + self.weights[2 * unit + 1];
-        libm::log2(1.0 + libm::exp2(argument))
-    }
-
-    /// Diffuse-like reflectance in each channel: pi f with the light at the normal and the eye at
-    /// 45 degrees.
+    /// Reflectance of the body in each channel: pi f at [`AT_45`].
     pub(super) fn body_albedo(&self) -> [f64; 3] {
-        // Cosine of half of 45 degrees; the inputs of these two directions.
-        let cos = 0.923_879_532_511_286_7;
-        let sum = 1.0 + std::f64::consts::FRAC_1_SQRT_2;
-        let inputs = [
-            cos,
-            0.5 * libm::log(1.0 - cos + 0.002),
-            libm::log(sum),
-            libm::log(std::f64::consts::FRAC_1_SQRT_2),
-        ];
-        let mut weights = self.weights[2 * UNITS..].iter();
         let mut sums = [0.0; 3];
         for term in BODY..TERMS {
-            let mut exponent = 0.0;
-            if let NARROW | WIDE = term {
-                exponent +=
-                    weights.next().expect("a highlight has a fall-off") * self.bent(term - 1);
-            }
-            exponent += inputs.iter().map(|x| x * weights.next().expect("one a term")).sum::<f64>();
+            let exponent = exponent(&self.weights, term);
             for (sum, colour) in sums.iter_mut().zip(self.colours[term]) {
                 *sum += libm::exp2(exponent + colour);
             }
         }
         sums.map(|sum| std::f64::consts::PI * sum * sum)
     }
+}
+
+/// Inputs of terms with the light at the normal and the eye at 45 degrees, where bodies are
+/// measured: h.wi, ln(1 - h.wi) / 2, ln(cos_i + cos_o), ln(cos_i cos_o).
+static AT_45: LazyLock<[f64; 4]> = LazyLock::new(|| {
+    // Cosine of half of 45 degrees.
+    let cos = 0.923_879_532_511_286_7;
+    let sum = 1.0 + std::f64::consts::FRAC_1_SQRT_2;
+    let product = std::f64::consts::FRAC_1_SQRT_2;
+    [cos, 0.5 * libm::log(1.0 - cos + 0.002), libm::log(sum), libm::log(product)]
+});
+
+/// log2 of the fall-off of a highlight at [`AT_45`].
+fn fall_off(weights: &[f64; WEIGHTS], highlight: usize) -> f64 {
+    // ln tan of half of 45 degrees.
+    let tan = libm::log(std::f64::consts::SQRT_2 - 1.0);
+    let unit = &weights[unit_of(highlight)];
+    weights[fall_off_of(highlight)] * libm::log2(1.0 + libm::exp2(unit[0] * tan + unit[1]))
+}
+
+/// log2 of a term at [`AT_45`], without its colour.
+fn exponent(weights: &[f64; WEIGHTS], term: usize) -> f64 {
+    let fall_off = if is_highlight(term) { fall_off(weights, term) } else { 0.0 };
+    let own = &weights[inputs_of(term)];
+    fall_off + AT_45.iter().zip(own).map(|(x, weight)| x * weight).sum::<f64>()
+}
+
+/// Exchanges terms that a fit may have exchanged, so that each has its role: the narrow highlight
+/// bends at the smaller angle, and the body is brighter than the rim at 45 degrees.
+///
+/// # Shapes
+/// Weights in the order of [`structure::weights`]; the level of each term: the mean of log2 of its
+/// factors.
+pub fn assign_roles(weights: &mut [f64; WEIGHTS], levels: &mut [f64; TERMS]) {
+    // A highlight bends where the argument of its unit is 0.
+    let bend = |weights: &[f64; WEIGHTS], highlight: usize| {
+        let unit = &weights[unit_of(highlight)];
+        -unit[1] / unit[0]
+    };
+    if bend(weights, NARROW) > bend(weights, WIDE) {
+        let all = |highlight| unit_of(highlight).chain([fall_off_of(highlight)]);
+        for (narrow, wide) in all(NARROW).zip(all(WIDE)) {
+            weights.swap(narrow, wide);
+        }
+        exchange((weights, levels), NARROW, WIDE);
+    }
+    let brightness =
+        |weights: &_, levels: &[f64; TERMS], term| exponent(weights, term) + levels[term];
+    if brightness(weights, levels, BODY) < brightness(weights, levels, RIM) {
+        exchange((weights, levels), BODY, RIM);
+    }
+}
+
+/// Exchanges the weights of inputs and the levels of two terms.
+fn exchange(
+    (weights, levels): (&mut [f64; WEIGHTS], &mut [f64; TERMS]),
+    first: usize,
+    second: usize,
+) {
+    for (a, b) in inputs_of(first).zip(inputs_of(second)) {
+        weights.swap(a, b);
+    }
+    levels.swap(first, second);
 }

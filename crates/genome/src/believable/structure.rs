@@ -1,5 +1,7 @@
 //! Structure of believable programs: lobes in which every unit and term has one role.
 
+use std::ops::Range;
+
 use crate::lobes::Shape;
 use crate::{Dialect, Input, OpcodeSet};
 
@@ -9,9 +11,11 @@ pub(super) const NARROW: usize = 1;
 pub(super) const WIDE: usize = 2;
 pub(super) const RIM: usize = 3;
 /// Number of terms.
-pub(super) const TERMS: usize = 4;
+pub const TERMS: usize = 4;
 /// Number of units; unit k bends the fall-off of highlight k + 1.
 pub(super) const UNITS: usize = 2;
+/// Number of weights that differ between believable programs.
+pub const WEIGHTS: usize = 2 * UNITS + TERMS * (INPUTS.len() - 1) + UNITS;
 
 /// Inputs of believable programs. Only units read the first one.
 const INPUTS: [Input; 5] = [
@@ -72,7 +76,7 @@ pub fn weights() -> Vec<Weight> {
         weights.push(Weight { index: shape.unit(unit, one), start: bias, spread: 1.5 });
     }
     for term in 0..TERMS {
-        if let NARROW | WIDE = term {
+        if is_highlight(term) {
             let unit = term - NARROW;
             weights.push(Weight { index: shape.term(term, unit), start: -1.0, spread: 0.15 });
         }
@@ -83,4 +87,31 @@ pub fn weights() -> Vec<Weight> {
         }
     }
     weights
+}
+
+/// Indices among [`weights`] of slope and bias of the unit of a highlight.
+pub(super) fn unit_of(highlight: usize) -> Range<usize> {
+    2 * (highlight - NARROW)..2 * (highlight - NARROW + 1)
+}
+
+/// Index among [`weights`] of the fall-off of a highlight.
+pub(super) fn fall_off_of(highlight: usize) -> usize {
+    first_of(highlight)
+}
+
+/// Indices among [`weights`] of the weights of the inputs of a term.
+pub(super) fn inputs_of(term: usize) -> Range<usize> {
+    let first = first_of(term) + usize::from(is_highlight(term));
+    first..first + INPUTS.len() - 1
+}
+
+/// True for terms with a unit and a fall-off.
+pub(super) fn is_highlight(term: usize) -> bool {
+    matches!(term, NARROW | WIDE)
+}
+
+/// Index of the first weight of a term: those of all units and of the terms before stand before it.
+fn first_of(term: usize) -> usize {
+    let highlights = (BODY..term).filter(|before| is_highlight(*before)).count();
+    2 * UNITS + (INPUTS.len() - 1) * term + highlights
 }

@@ -1,8 +1,8 @@
 //! Mutation and crossover of believable programs, by parameters. All children are believable.
 
 use super::anchor::{Anchor, Class};
-use super::parameters::{Parameters, WEIGHTS};
-use super::structure::{BODY, TERMS, UNITS};
+use super::parameters::Parameters;
+use super::structure::{BODY, TERMS, WEIGHTS, fall_off_of, inputs_of, is_highlight, unit_of};
 use super::{colour, draw};
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, CONSTANTS, Instruction};
@@ -19,30 +19,37 @@ const ALBEDOS: (f64, f64) = (0.03, 0.9);
 /// Largest channel of a metal's colour where it becomes that of a body.
 const METAL: f64 = 0.7;
 
-/// Mutates the constants of a believable program. Returns false if the program is not believable.
+/// Mutates the constants of a believable program. Channels of the mask `kept`, red in the lowest
+/// bit, stay the same function; then the others change in colour only. Returns false if the program
+/// is not believable.
 pub(crate) fn mutate(
-    instructions: &[Instruction],
-    constants: &mut [[f32; 4]; CONSTANTS],
+    (instructions, constants): (&[Instruction], &mut [[f32; 4]; CONSTANTS]),
     mutation: f32,
+    kept: u8,
     key: BirthKey,
 ) -> bool {
     let Some(old) = Parameters::of(instructions, constants) else { return false };
+    if mutation <= 0.0 {
+        return true;
+    }
     let mut stream = Stream::new(key, Operator::MutateBelievable);
     let nearest = nearest(&old);
     let (mut new, mut class) = (old, nearest.class);
-    if stream.chance(RESHAPE * mutation) {
-        class = draw::class(&mut stream);
-        let shape = draw::shape(class, &mut stream);
-        new = draw::coloured(class, &shape, colour_of(&old, nearest.class));
-    }
-    let change = draw::difference(class, &mut stream);
-    let step = STEP * f64::from(mutation);
-    for (weight, change) in new.weights.iter_mut().zip(change) {
-        *weight += step * change;
-    }
-    let levels = &change[WEIGHTS..][..TERMS];
-    for (term, change) in new.colours.iter_mut().zip(levels) {
-        *term = term.map(|colour| colour + step * change);
+    if kept == 0 {
+        if stream.chance(RESHAPE * mutation) {
+            class = draw::class(&mut stream);
+            let shape = draw::shape(class, &mut stream);
+            new = draw::coloured(class, &shape, colour_of(&old, nearest.class));
+        }
+        let change = draw::difference(class, &mut stream);
+        let step = STEP * f64::from(mutation);
+        for (weight, change) in new.weights.iter_mut().zip(change) {
+            *weight += step * change;
+        }
+        let levels = &change[WEIGHTS..][..TERMS];
+        for (term, change) in new.colours.iter_mut().zip(levels) {
+            *term = term.map(|colour| colour + step * change);
+        }
     }
     let albedo = if stream.chance(RECOLOUR * mutation) {
         colour::draw(class, &mut stream)
@@ -53,16 +60,18 @@ pub(crate) fn mutate(
         })
     };
     draw::colour(&mut new, class, albedo);
+    keep(&mut new, &old, kept);
     new.write(&old, constants);
     true
 }
 
 /// Crosses two believable programs: the roles and the colour of the second replace those of the
-/// first, each with probability `share`. Returns false if one of them is not believable.
+/// first, each with probability `share`. Channels of the mask `kept` stay the same function, as in
+/// [`mutate`]. Returns false if one of the programs is not believable.
 pub(crate) fn recombine(
     (instructions, constants): (&[Instruction], &mut [[f32; 4]; CONSTANTS]),
     second: (&[Instruction], &[[f32; 4]; CONSTANTS]),
-    share: f32,
+    (share, kept): (f32, u8),
     key: BirthKey,
 ) -> bool {
     let Some(first) = Parameters::of(instructions, constants) else { return false };
@@ -73,6 +82,9 @@ pub(crate) fn recombine(
     if share > 0.0 && share < 1.0 && taken.iter().all(|one| *one == taken[0]) {
         let one = &mut taken[stream.below(TERMS as u32 + 1) as usize];
         *one = !*one;
+    }
+    if kept != 0 {
+        taken[..TERMS].fill(false);
     }
     let mut child = first;
     for term in (BODY..TERMS).filter(|term| taken[*term]) {
@@ -87,8 +99,18 @@ pub(crate) fn recombine(
     if taken.iter().any(|one| *one != taken[0]) {
         draw::colour(&mut child, nearest.class, albedo);
     }
+    keep(&mut child, &first, kept);
     child.write(&first, constants);
     true
+}
+
+/// Brings the colours of kept channels back.
+fn keep(new: &mut Parameters, old: &Parameters, kept: u8) {
+    for (new, old) in new.colours.iter_mut().zip(&old.colours) {
+        for channel in (0..3).filter(|channel| kept >> channel & 1 == 1) {
+            new[channel] = old[channel];
+        }
+    }
 }
 
 /// Colour of a program. The body of a metal is dark, so it is scaled to the reflectance of one.
@@ -100,13 +122,13 @@ fn colour_of(parameters: &Parameters, class: Class) -> [f64; 3] {
 }
 
 /// Indices of the weights of a term and its unit.
-fn weights_of(term: usize) -> impl Iterator<Item = usize> {
-    // Two weights of each unit; four of each term, and one more of each highlight.
-    let highlights = term.saturating_sub(1).min(UNITS);
-    let start = 2 * UNITS + 4 * term + highlights;
-    let is_highlight = (1..=UNITS).contains(&term);
-    let unit = if is_highlight { 2 * (term - 1)..2 * term } else { 0..0 };
-    unit.chain(start..start + 4 + usize::from(is_highlight))
+fn weights_of(term: usize) -> Vec<usize> {
+    let mut all: Vec<usize> = inputs_of(term).collect();
+    if is_highlight(term) {
+        all.extend(unit_of(term));
+        all.push(fall_off_of(term));
+    }
+    all
 }
 
 /// Anchor with the most similar weights.

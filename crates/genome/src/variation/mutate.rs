@@ -105,21 +105,14 @@ pub(super) fn draft(
     layer::mutate(&mut draft.layers, mutation, key, force, locked.layers());
 }
 
-/// Mutates the parameters of a believable program, except locked constants. Returns false if
-/// nothing changed, or if the program is not believable.
+/// Mutates the parameters of a believable program, except locked ones. Returns false if the program
+/// is not believable.
 fn parameters(draft: &mut Draft, mutation: f32, key: BirthKey, locked: &ResolvedLocks) -> bool {
     let old = draft.constants.clone();
-    if mutation <= 0.0
-        || !believable::mutate(&draft.instructions, &mut draft.constants, mutation, key)
-    {
-        return false;
-    }
-    for (index, (new, old)) in draft.constants.iter_mut().zip(old.iter()).enumerate() {
-        if locked.locks_constant(index) {
-            *new = *old;
-        }
-    }
-    draft.constants != old
+    let (constants, channels) = (&mut draft.constants, locked.channels());
+    let is_done = believable::mutate((&draft.instructions, constants), mutation, channels, key);
+    locked.restore_named(&mut draft.constants, &old);
+    is_done
 }
 
 /// Mutates instructions, then constants.

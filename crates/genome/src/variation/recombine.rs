@@ -34,7 +34,7 @@ pub(super) fn draft(
     draft
 }
 
-/// Crosses the parameters of two believable programs, except locked constants; `None` if one of
+/// Crosses the parameters of two believable programs, except locked ones; `None` if one of
 /// them is not believable.
 fn parameters(
     (first, second): (&Genome, &Genome),
@@ -45,14 +45,10 @@ fn parameters(
     let mut draft = Draft::copy(first);
     let own = (first.instructions(), &mut *draft.constants);
     let other = (second.instructions(), second.constants());
-    if !believable::recombine(own, other, recombination, key) {
+    if !believable::recombine(own, other, (recombination, locked.channels()), key) {
         return None;
     }
-    for (index, (new, old)) in draft.constants.iter_mut().zip(first.constants()).enumerate() {
-        if locked.locks_constant(index) {
-            *new = *old;
-        }
-    }
+    locked.restore_named(&mut draft.constants, first.constants());
     Some(draft)
 }
 
