@@ -1,8 +1,7 @@
-//! `brood bench start`: first broods of lineages by their start, and broods after some generations
-//! of breeding in which each parent is a random child.
+//! `brood bench start`: measures the first brood of lineages of each start, and their brood after
+//! some generations with random parents.
 //!
-//! Everything is as on the page: its mutation and saturation, curation `diverse`, the energy limit
-//! on or off, an environment on the ball.
+//! Saturation, curation `diverse` and the environment are those of the page.
 
 use anyhow::Result;
 use brood_eval::{diverse_brood, energy_limit, express_brood};

@@ -329,6 +329,18 @@ export function dropSurface(gl, of) {
 }
 
 /**
+ * Sets the uniforms of a view; those that a shader lacks are skipped.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {View} view
+ */
+function bindView(gl, pen, view) {
+  for (const name of /** @type {const} */ (["eye", "right", "up", "forward"]))
+    gl.uniform3fv(uniformLocation(gl, pen, name), view[name]);
+  gl.uniform1i(uniformLocation(gl, pen, "parallel"), view.parallel ? 1 : 0);
+}
+
+/**
  * Draws the mesh with a program.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} pen
@@ -337,10 +349,8 @@ export function dropSurface(gl, of) {
  */
 function draw(gl, pen, { geometry, tangents }, view) {
   gl.useProgram(pen.program);
-  for (const name of /** @type {const} */ (["eye", "right", "up", "forward"]))
-    gl.uniform3fv(uniformLocation(gl, pen, name), view[name]);
+  bindView(gl, pen, view);
   gl.uniform3f(uniformLocation(gl, pen, "lens"), view.half, view.near, view.far);
-  gl.uniform1i(uniformLocation(gl, pen, "parallel"), view.parallel ? 1 : 0);
   gl.uniform1i(uniformLocation(gl, pen, "facets"), tangents === "triangle" ? 1 : 0);
   gl.bindVertexArray(geometry.vertices);
   gl.drawElements(gl.TRIANGLES, geometry.corners, gl.UNSIGNED_INT, 0);
@@ -396,9 +406,7 @@ export function drawSurface(gl, pens, into, mesh, view) {
     tangents: into.layers[2],
     mask: into.mask,
   });
-  gl.uniform3fv(uniformLocation(gl, pens.found, "eye"), view.eye);
-  gl.uniform3fv(uniformLocation(gl, pens.found, "forward"), view.forward);
-  gl.uniform1i(uniformLocation(gl, pens.found, "parallel"), view.parallel ? 1 : 0);
+  bindView(gl, pens.found, view);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
   gl.clear(gl.COLOR_BUFFER_BIT);
@@ -436,10 +444,8 @@ export function drawPlaces(gl, pens, into, view) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.placesFramebuffer);
   gl.viewport(0, 0, into.side, into.side);
   read(gl, pen, { point: into.found[0], normal: into.found[1] });
-  for (const name of /** @type {const} */ (["eye", "right", "up", "forward"]))
-    gl.uniform3fv(uniformLocation(gl, pen, name), view[name]);
+  bindView(gl, pen, view);
   gl.uniform1f(uniformLocation(gl, pen, "lens"), view.half);
-  gl.uniform1i(uniformLocation(gl, pen, "parallel"), view.parallel ? 1 : 0);
   gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
   drawWithin(gl, into);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);

@@ -1,4 +1,5 @@
-/** Modal dialogs: opening, closing, and the focus before and after. */
+/** Modal dialogs: title, opening, closing, and the focus before and after. */
+import { html } from "./html.js";
 
 /**
  * A ref that opens a dialog when it appears, and returns the focus when it disappears.
@@ -34,3 +35,16 @@ export function modal(begin = () => {}) {
 /** Closes the dialog that a button is in. @param {Event} event */
 export const shut = (event) =>
   event.target instanceof Element && event.target.closest("dialog")?.close();
+
+/**
+ * Title of a dialog beside the button that closes it.
+ * @param {{name: string, title: string, labelId: string}} properties `name`: start of the button's
+ *   test id; `labelId`: id of the heading, which labels the dialog
+ */
+export const DialogTitle = ({ name, title, labelId }) => html`
+  <div class="row title">
+    <h2 id=${labelId}>${title}</h2>
+    <span class="grow"></span>
+    <button type="button" data-testid=${`${name}-close`} onClick=${shut}>Close</button>
+  </div>
+`;

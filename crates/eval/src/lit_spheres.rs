@@ -1,4 +1,4 @@
-//! File of lit spheres, which the page draws from: radiance as 16-bit floats.
+//! Files of lit spheres for the page: radiance as 16-bit floats.
 
 use brood_scene::SPHERES_ACROSS;
 use half::f16;

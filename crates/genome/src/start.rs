@@ -1,4 +1,4 @@
-//! Starts of lineages: what random genomes are drawn from.
+//! Starts of lineages: sources of random genomes.
 
 use serde::{Deserialize, Serialize};
 

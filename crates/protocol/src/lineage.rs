@@ -22,9 +22,9 @@ pub struct CreateLineage {
     /// Side of the thumbnails in pixels, 16 to 1024. Default: 256.
     #[serde(default = "default_thumbnail_px")]
     pub thumbnail_px: u32,
-    /// Source of random children: `believable` (programs like measured materials),
-    /// `models` (reflectance models) or `wild` (random programs). Default: `models` if the length
-    /// of the dialect is 0, else `wild`.
+    /// Source of random children: `believable` (programs like measured materials), `models`
+    /// (reflectance models) or `wild` (random programs). Default: `wild`; `models` if the length of
+    /// the dialect is 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
     /// Dialect: restricts the programs of all genomes in the lineage. Default: that of the start.
@@ -34,8 +34,8 @@ pub struct CreateLineage {
     /// Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1.
     #[serde(default = "default_saturation")]
     pub saturation: f32,
-    /// True to put random children under the energy limit. Default: true if the start is
-    /// `believable`, else false.
+    /// True to put random children under the energy limit. Default: false; true for the start
+    /// `believable`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_limit: Option<bool>,
 }

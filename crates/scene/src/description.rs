@@ -120,8 +120,8 @@ impl Scene {
         scene
     }
 
-    /// Returns what lit spheres depend on (see [`crate::PrefilteredLight::on_spheres`]): camera and
-    /// environments. All else has its default.
+    /// Returns the scene of lit spheres (see [`crate::PrefilteredLight::on_spheres`]): the same
+    /// camera and environments, and defaults for everything else.
     #[must_use]
     pub fn for_spheres(&self) -> Self {
         let mut lights = self.lights.clone();

@@ -14,7 +14,7 @@
 //! `schedule` runs the generations. `seed` draws random starts; `refine` fits them by
 //! Levenberg-Marquardt steps, whose sums are in `normal_equations`, `sweep` and `product`. `known`
 //! and `bounds` derive bounds from samples, `albedo` and `flux` compute directional albedos, and
-//! `guard` enforces both. `finish` prunes the best fit (`prune`); the shape writes it as a genome.
+//! `guard` enforces both. `finish` prunes the best fit (`prune`).
 
 mod albedo;
 mod batch;

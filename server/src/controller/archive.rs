@@ -1,7 +1,7 @@
 //! Archives: several individuals in several formats as one ZIP file.
 //!
-//! The file is made while it is sent: genomes and source code at once, pictures as they are
-//! rendered. It has no times, so the same request gives the same bytes.
+//! Entries are made while the file is sent. They have no times, so the same request gives the same
+//! bytes.
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};

@@ -12,7 +12,7 @@ import { compareStore } from "../../compare/store.js";
 import { colorOf, modelsInWords } from "../../lineage/layers.js";
 import { lineageStore } from "../../lineage/store.js";
 import { amount } from "../../page/format.js";
-import { modal, shut } from "../dialog.js";
+import { DialogTitle, modal } from "../dialog.js";
 import { html } from "../html.js";
 import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
@@ -130,11 +130,7 @@ export function Comparison() {
   const names = compareStore.result.value?.of.map(({ name }) => name) ?? [];
   return html`
     <dialog class="inspector comparison" data-testid="comparison" ref=${opened} aria-labelledby="comparison-title" onClose=${closeComparison}>
-      <div class="row title">
-        <h2 id="comparison-title">Comparison</h2>
-        <span class="grow"></span>
-        <button type="button" data-testid="comparison-close" onClick=${shut}>Close</button>
-      </div>
+      <${DialogTitle} name="comparison" title="Comparison" labelId="comparison-title" />
       <div class="beside">
         <${Chooser} />
         <${ProblemBox} place="comparison" />

@@ -11,7 +11,7 @@ import {
 import { ALL, favouritesStore } from "../../favourites/store.js";
 import { lineageStore } from "../../lineage/store.js";
 import { typed } from "../control.js";
-import { modal, shut } from "../dialog.js";
+import { DialogTitle, modal } from "../dialog.js";
 import { html } from "../html.js";
 import { ProblemBox } from "../problem.js";
 import { Archive } from "./archive.js";
@@ -61,11 +61,7 @@ export function Favourites() {
   const of = favouritesStore.items.value;
   return html`
     <dialog class="inspector favourites" data-testid="favourites-dialog" ref=${opened} aria-labelledby="favourites-all-title" onClose=${closeFavourites}>
-      <div class="row title">
-        <h2 id="favourites-all-title">Favourites</h2>
-        <span class="grow"></span>
-        <button type="button" data-testid="favourites-close" onClick=${shut}>Close</button>
-      </div>
+      <${DialogTitle} name="favourites" title="Favourites" labelId="favourites-all-title" />
       <${Tools} of=${of ?? []} chosen=${favouritesStore.chosen.value} />
       <${ProblemBox} place="favourites" />
       <div class="beside">

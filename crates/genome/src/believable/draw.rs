@@ -88,8 +88,8 @@ pub(super) fn coloured(class: Class, shape: &[f64; VALUES], albedo: [f64; 3]) ->
     parameters
 }
 
-/// Changes the colour. Each term follows by its tint ([`colour::tints`]), or by its flatness if that
-/// is larger. Metals keep their brightness, of which the body is a small part.
+/// Changes the colour. Each term follows by its tint ([`colour::tints`]), or by its flatness if
+/// that is larger. Metals keep their brightness, of which the body is a small part.
 pub(super) fn colour(parameters: &mut Parameters, class: Class, albedo: [f64; 3]) {
     // f is the square of the sum of terms.
     let half_log = |albedo: f64| 0.5 * libm::log2(albedo);

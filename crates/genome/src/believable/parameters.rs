@@ -99,7 +99,7 @@ impl Parameters {
         }
     }
 
-    /// Value of each term at [`AT_45`], relative to its value without the fall-off of the highlight.
+    /// Fall-off of each highlight at [`AT_45`], at most 1; 0 for other terms.
     pub(super) fn flatness(&self) -> [f64; TERMS] {
         let flatness = |term| libm::exp2(fall_off(&self.weights, term)).min(1.0);
         std::array::from_fn(|term| if is_highlight(term) { flatness(term) } else { 0.0 })

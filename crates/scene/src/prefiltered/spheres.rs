@@ -1,12 +1,11 @@
-//! Lit spheres: points for the radiance of a material in the environments of a scene, for all
-//! normals, from which the page draws any mesh live.
+//! Lit spheres: radiance of a material in the environments of a scene, for all normals, from which
+//! the page draws any mesh live.
 //!
-//! Radiance depends on the normal and on the direction to the eye, which varies little within a
-//! picture: there are spheres for the corners of the picture, the middles of its sides and its
-//! middle, each seen from the direction of its place. A point of the surface with normal n and eye
-//! o, whose mirror direction is r, takes from the sphere of direction v the normal between v and r:
-//! the mirror direction is then exact on each sphere, and the error in n and in the angle to the
-//! eye cancels to first order in the bilinear mean of the four spheres around the point.
+//! Radiance depends on the normal n and on the direction o to the eye, which varies little within a
+//! picture. Each sphere has one direction v to the eye: that of a corner of the picture, of the
+//! middle of a side, or of the middle. A surface point with the mirror direction r reads the sphere
+//! at the normal between v and r. Mirror directions are exact; the errors in n and n . o cancel to
+//! first order in the bilinear mean of the four spheres around the point.
 
 use brood_light::{LightAssets, LightSampler};
 use brood_mesh::{Mesh, UnitFrame};
@@ -16,8 +15,7 @@ use super::light::{LitPoint, PrefilteredLight};
 use crate::description::Scene;
 use crate::sample_set::View;
 
-/// Number of lit spheres of a material in each of as many rows, from the lower left of the picture
-/// to the upper right.
+/// Number of rows of lit spheres, and of spheres in a row, from the lower left of the picture.
 pub const SPHERES_ACROSS: u32 = 3;
 /// Angle between the normals of neighbouring texels in the middle of a sphere, times the number of
 /// texels along a side.

@@ -1,5 +1,5 @@
-//! Fit of lobes of which only some weights are free, so that each unit and term keeps its role and
-//! the parameters of different materials can be compared.
+//! Fit of lobes with some weights fixed. Each unit and term keeps its role, so that the parameters
+//! of different materials are comparable.
 
 use brood_genome::lobes::Shape;
 use brood_genome::{BirthKey, Operator, Stream};
