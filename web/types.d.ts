@@ -201,8 +201,8 @@ export interface components {
             /** @description Dialect: restricts the programs of all genomes in the lineage. Default: that of the start. */
             dialect?: Record<string, never> | null;
             /**
-             * @description True to put random children under the energy limit. Default: true if the start is
-             *     `believable`, else false.
+             * @description True to put random children under the energy limit. Default: false; true for the start
+             *     `believable`.
              */
             energy_limit?: boolean | null;
             /** @description Display name, 1 to 200 characters. */

@@ -55,7 +55,10 @@ pub async fn get(
     let texels = query.texels.unwrap_or(TEXELS);
     if !TEXELS_RANGE.contains(&texels) {
         let (least, most) = (TEXELS_RANGE.start(), TEXELS_RANGE.end());
-        return Err(ApiError::bad_parameter("texels", format!("must be {least} to {most}")));
+        return Err(ApiError::bad_parameter(
+            "texels",
+            format!("must be {least} to {most}, got {texels}"),
+        ));
     }
     check_light(query.light_deg)?;
     let individual = app.store.individual(id).await?;
