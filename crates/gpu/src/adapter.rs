@@ -83,10 +83,10 @@ pub struct AdapterReport {
     pub driver: String,
     /// True if the adapter runs on the CPU; such an adapter is never chosen for speed.
     pub is_software: bool,
-    /// True if every bit of the probe was that of the canonical evaluator, except for subnormal
-    /// results.
+    /// True if every bit of the probe was that of the canonical evaluator.
     pub exact: bool,
-    /// True if subnormal results are flushed to zero.
+    /// True if subnormal results are flushed to zero. Such an adapter is not exact: a program may
+    /// make a normal number of a subnormal one, with differing bits on either side.
     pub flushes_subnormals: bool,
     /// Summary of the probe for people.
     pub detail: String,

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::time::Duration;
 
 use crate::adapter::find;
+use crate::float_controls::keeps_subnormals;
 use crate::{GpuError, GpuOptions};
 
 /// Largest buffer; the shader counts elements in 32 bits.
@@ -21,6 +22,8 @@ pub(crate) struct Device {
     pub info: wgpu::AdapterInfo,
     /// Largest number of bytes of one buffer: the smaller limit of device and options.
     pub buffer_bytes: u64,
+    /// True if a marked shader may request that subnormal numbers are kept.
+    pub keeps_subnormals: bool,
     /// Largest number of bytes of workgroup memory.
     pub workgroup_bytes: u32,
     /// Time after which a submission makes the device count as lost.
@@ -83,6 +86,7 @@ impl Device {
             api,
             queue,
             info: adapter.get_info(),
+            keeps_subnormals: keeps_subnormals(adapter),
             buffer_bytes: options.buffer_bytes.min(bound).min(MAX_BUFFER_BYTES),
             workgroup_bytes: offered.max_compute_workgroup_storage_size,
             timeout: options.timeout,

@@ -11,6 +11,7 @@ use brood_program::{Program, Tape, TapeOperand};
 
 use crate::GpuError;
 use crate::operation::cost;
+use crate::threads;
 
 /// Number of words of a directory entry.
 pub(crate) const ENTRY_WORDS: u32 = 21;
@@ -18,6 +19,9 @@ pub(crate) const ENTRY_WORDS: u32 = 21;
 pub(crate) const INDEX_BITS: u32 = 14;
 /// Largest number of steps of a program: some drivers silently end a loop after 65,535 iterations.
 pub(crate) const MAX_STEPS: usize = 60_000;
+
+/// Number of programs whose encoding is worth a thread of its own: it takes 0.2 ms or more.
+const ENCODED: usize = 100;
 
 /// Source of an operand.
 #[derive(Debug, Clone, Copy)]
@@ -104,7 +108,8 @@ impl Encoded {
 
 /// Encodes the programs of a batch, given the inputs of the batch.
 pub(crate) fn encode(programs: &[&Program], mask: InputMask) -> Result<Vec<Encoded>, GpuError> {
-    programs.iter().map(|program| Encoded::new(program, mask)).collect()
+    let encoded = threads::map(programs.to_vec(), ENCODED, |program| Encoded::new(program, mask));
+    encoded.into_iter().collect()
 }
 
 /// Packs programs into the words of one batch.

@@ -25,9 +25,13 @@ use crate::shader::{Kernel, REGISTER_FILES, Style, Variant, source};
 use crate::slot::Slot;
 use crate::straight;
 use crate::sums::ResidentTargets;
+use crate::threads;
 use crate::timing::BatchTiming;
 use crate::{GpuError, GpuOptions};
 use batch::{Batch, BatchShader};
+
+/// Number of values whose copying is worth a thread of its own: it takes 0.1 ms or more.
+const COPIED: usize = 1 << 18;
 
 /// A device with everything that evaluations on it need.
 #[derive(Debug)]
@@ -232,10 +236,11 @@ impl Engine {
                 let staging = self.staging.get();
                 self.device.read(staging, pass.output_bytes, submission, |view| {
                     let values: &[f32] = bytemuck::cast_slice(view);
-                    for (index, row) in values.chunks_exact(stride).enumerate() {
-                        let target = (3 * first + index) * rows.len;
-                        out[target..][samples.clone()].copy_from_slice(&row[..samples.len()]);
-                    }
+                    let targets = out[3 * first * rows.len..].chunks_exact_mut(rows.len);
+                    let pairs = values.chunks_exact(stride).zip(targets).collect();
+                    threads::map(pairs, COPIED.div_ceil(stride), |(row, target)| {
+                        target[samples.clone()].copy_from_slice(&row[..samples.len()]);
+                    });
                 })?;
             }
         }

@@ -77,7 +77,10 @@ fn gpu_evaluator_passes_the_conformance_suite_with_every_layout() {
 fn guards_are_probed_in_order_when_the_compiler_contracts() {
     let options = GpuOptions::default();
     let Some(plain) = evaluator(&options) else { return };
-    assert_eq!(plain.adapter().guards.len(), 1);
+    let guards = &plain.adapter().guards;
+    // The compiler of a hardware driver may contract plain code by itself.
+    assert_eq!(guards.len(), if guards[0].exact { 1 } else { Guard::ALL.len() });
+    assert!(!plain.adapter().is_software || guards[0].exact, "{guards:?}");
 
     let evaluator = GpuEvaluator::open(&options, &[Guard::Plain]).unwrap();
     let report = evaluator.adapter();

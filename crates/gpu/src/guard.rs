@@ -13,7 +13,7 @@ pub enum Guard {
     /// compiler.
     Barrier,
     /// Every sum and product carries the decoration `NoContraction` of SPIR-V, which a driver must
-    /// obey. Requires Vulkan.
+    /// obey, and subnormal numbers are kept if the device has that mode. Requires Vulkan.
     NoContraction,
 }
 
@@ -35,7 +35,7 @@ impl Guard {
 /// Result of a probe, made by `probe.rs`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Finding {
-    /// True if all bits are equal, where zero also counts as equal to a subnormal number.
+    /// True if all bits are equal.
     pub exact: bool,
     /// True if the device returned zero for a subnormal number.
     pub flushes_subnormals: bool,
@@ -48,7 +48,7 @@ pub(crate) struct Finding {
 pub struct GuardReport {
     /// The guard.
     pub guard: Guard,
-    /// True if every bit was right, except for subnormal results.
+    /// True if every bit was right.
     pub exact: bool,
     /// Number of values compared, and the first difference.
     pub detail: String,

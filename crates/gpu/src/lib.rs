@@ -29,6 +29,7 @@ mod evaluator;
 #[cfg(test)]
 mod export_tests;
 mod fitness;
+mod float_controls;
 mod guard;
 mod interpreter_layout;
 mod marked;
@@ -43,6 +44,7 @@ mod shader;
 mod slot;
 mod straight;
 mod sums;
+mod threads;
 mod timing;
 mod tune;
 

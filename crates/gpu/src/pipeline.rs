@@ -55,7 +55,7 @@ pub(crate) fn build_pipeline(
                     source: wgpu::ShaderSource::Wgsl(text.into()),
                 })
             }
-            Guard::NoContraction => marked::module(api, text)?,
+            Guard::NoContraction => marked::module(device, text)?,
         };
         let layout = api.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
