@@ -84,7 +84,9 @@ fn guards_are_probed_in_order_when_the_compiler_contracts() {
 
     let evaluator = GpuEvaluator::open(&options, &[Guard::Plain]).unwrap();
     let report = evaluator.adapter();
-    assert!(!report.guards[0].exact && report.guards[1].exact, "{report:?}");
+    // Barriers do not keep subnormal numbers where the driver flushes them.
+    let others = report.guards[1..].iter().any(|guard| guard.exact);
+    assert!(!report.guards[0].exact && others, "{report:?}");
     assert!(report.exact && report.guard != Guard::Plain, "{report:?}");
     assert!(report.detail.contains("plain code is not exact"), "{}", report.detail);
     check_bits(&evaluator, &conformance::programs(2), &largest_set());

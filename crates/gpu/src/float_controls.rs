@@ -1,9 +1,19 @@
-//! Whether a driver can keep subnormal numbers. The graphics API does not say.
+//! Drivers that keep subnormal numbers on request. The graphics API does not list them.
 
-/// True if shaders on a Vulkan adapter may request that subnormal f32 are kept.
+/// Name of NVIDIA's own Vulkan driver. It denies the property, but obeys the request: with driver
+/// 580.159 every bit is then right. The probe checks that wherever it is used.
+const OBEYS: &str = "NVIDIA";
+
+/// True if shaders on this adapter may request that subnormal f32 are kept.
+pub(crate) fn keeps_subnormals(adapter: &wgpu::Adapter) -> bool {
+    let info = adapter.get_info();
+    info.backend == wgpu::Backend::Vulkan && (info.driver == OBEYS || has_property(adapter))
+}
+
+/// True if a Vulkan driver states that it keeps subnormal f32 on request.
 #[cfg(not(target_vendor = "apple"))]
 #[expect(unsafe_code, reason = "a question to the Vulkan driver")]
-pub(crate) fn keeps_subnormals(adapter: &wgpu::Adapter) -> bool {
+fn has_property(adapter: &wgpu::Adapter) -> bool {
     use ash::vk;
 
     // SAFETY: the handles are not destroyed and not used beyond this function.
@@ -26,8 +36,8 @@ pub(crate) fn keeps_subnormals(adapter: &wgpu::Adapter) -> bool {
     controls.shader_denorm_preserve_float32 == vk::TRUE
 }
 
-/// False: these adapters are not Vulkan's.
+/// False: this system has no Vulkan drivers.
 #[cfg(target_vendor = "apple")]
-pub(crate) fn keeps_subnormals(_adapter: &wgpu::Adapter) -> bool {
+fn has_property(_adapter: &wgpu::Adapter) -> bool {
     false
 }

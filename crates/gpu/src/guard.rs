@@ -13,7 +13,7 @@ pub enum Guard {
     /// compiler.
     Barrier,
     /// Every sum and product carries the decoration `NoContraction` of SPIR-V, which a driver must
-    /// obey, and subnormal numbers are kept if the device has that mode. Requires Vulkan.
+    /// obey, and subnormal numbers are kept if the device can. Requires Vulkan.
     NoContraction,
 }
 

@@ -1,7 +1,7 @@
 //! Work of the CPU divided among threads of its own.
 //!
-//! A shared pool would not do: while a batch waits for its part, the pool may start another batch on
-//! the same thread, which then waits for the lock that this thread holds.
+//! A shared pool would not do: while a batch waits for its part, the pool may start another batch
+//! on the same thread, which then waits for the lock that this thread holds.
 
 use std::num::NonZero;
 use std::sync::OnceLock;
