@@ -22,8 +22,9 @@ use crate::render_counters::RenderCounters;
 /// Bytes per sample for inputs that are computed after a sample set was weighed: eight f32 cover
 /// the dialect `paper`.
 const LATER_INPUT_BYTES: usize = 32;
-/// Largest size of gathered light that is kept: that of pictures of about 300 pixels a side.
-const GATHERED_BYTES_MAX: usize = 112 << 20;
+/// Largest size of gathered light that is kept: that of pictures of the ball of about 640 pixels a
+/// side.
+const GATHERED_BYTES_MAX: usize = 160 << 20;
 /// Bytes per packed word of a program with its translations.
 const PROGRAM_BYTES: usize = 64;
 

@@ -38,7 +38,7 @@ pub fn lobe_tables<E>(
 /// Returns the radiance of each pixel times coverage under prefiltered light, for each table.
 ///
 /// # Shapes
-/// Per table `pixels` values, of which those without points are 0. `gathered` is the gathered light
+/// Per table `pixels` values, of which those without light are 0. `gathered` is the gathered light
 /// or `None`, which costs time and changes no bit.
 ///
 /// # Error
@@ -77,6 +77,15 @@ pub fn shade_prefiltered(
             let pixel = &mut picture[point.pixel as usize];
             for (sum, channel) in pixel.iter_mut().zip(radiance[table]) {
                 *sum += point.weight * channel;
+            }
+        }
+        for between in light.between() {
+            let pixel = &mut picture[between.pixel as usize];
+            for (point, weight) in between.points.iter().zip(between.weights) {
+                let radiance = radiance[*point as usize * tables.len() + table];
+                for (sum, channel) in pixel.iter_mut().zip(radiance) {
+                    *sum += weight * channel;
+                }
             }
         }
         picture

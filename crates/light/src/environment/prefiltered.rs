@@ -48,10 +48,17 @@ impl PrefilteredEnvironment {
     /// the level are without the spots of the class and below, which the caller adds.
     #[must_use]
     pub fn node_level(&self, spacing: f64) -> u8 {
-        let level = (self.level(spacing) + 0.5) as u8;
+        let level = self.level_with_spots(spacing);
         let is_wide = |side: &&usize| spacing > SPACING_PER_SPOT * texel_angle(**side);
         let class = SPOT_SIDES.iter().take_while(is_wide).count();
         level | u8::try_from(class).expect("there are few classes") << CLASS_SHIFT
+    }
+
+    /// Returns the level whose means are about as wide as tents of that spacing in radians, and
+    /// include all spots.
+    #[must_use]
+    pub fn level_with_spots(&self, spacing: f64) -> u8 {
+        (self.level(spacing) + 0.5) as u8
     }
 
     /// Returns the class of a level from [`Self::node_level`].

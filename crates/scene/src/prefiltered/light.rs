@@ -2,43 +2,20 @@
 
 use brood_light::{PrefilteredEnvironment, SPOTS_MAX};
 use glam::DVec3;
+use rayon::prelude::*;
 
+use super::between::{MirroredLight, PixelBetween, WIDTHS, crop, surroundings, thin};
 use super::nodes::{COS_MIN, LobeNodes, NODES};
-
-/// Surface point, or several similar ones of a pixel together.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LitPoint {
-    /// Index of the pixel in the image.
-    pub pixel: u32,
-    /// Share of the pixel.
-    pub weight: f32,
-    /// Normal on the side that faces the eye, and direction to the eye; unit vectors.
-    pub(crate) n: [f32; 3],
-    pub(crate) eye: [f32; 3],
-    /// Angle between the normals at the edges of the pixel, in radians.
-    pub(crate) spread: f32,
-    row: u16,
-    /// Distance from the row towards the next.
-    share: f32,
-}
+use super::point::LitPoint;
+use crate::{PixelArea, Raster};
 
 /// Environments of a scene and the points of a picture that they light. Points of a pixel are
 /// consecutive, pixels ascend.
 #[derive(Debug)]
 pub struct PrefilteredLight {
     points: Vec<LitPoint>,
+    between: Vec<PixelBetween>,
     environments: Vec<Environment>,
-}
-
-/// Similar points of a pixel.
-#[derive(Default)]
-struct Group {
-    first: DVec3,
-    n: DVec3,
-    eye: DVec3,
-    weight: f64,
-    /// Largest distance of normals from the first.
-    spread: f64,
 }
 
 #[derive(Debug)]
@@ -58,63 +35,6 @@ const LARGEST_SCALE: f32 = 4.0;
 const LEAST_TANGENTIAL: f64 = 1e-6;
 /// Integral of cos_i over a tent below which a node is left out: it is below the horizon.
 const LEAST_WEIGHT: f32 = 1e-7;
-/// Distance of normals from the first of a group, up to which points are similar.
-const MAX_DISTANCE: f64 = 0.12;
-/// Largest number of groups of a pixel; further points join the nearest.
-const MAX_GROUPS: usize = 4;
-
-impl LitPoint {
-    pub(crate) fn new((pixel, weight): (u32, f64), (n, eye): (DVec3, DVec3), spread: f64) -> Self {
-        let (row, share) = LobeNodes::row(n.dot(eye));
-        Self {
-            pixel,
-            weight: weight as f32,
-            n: n.as_vec3().to_array(),
-            eye: eye.as_vec3().to_array(),
-            spread: spread as f32,
-            row: u16::try_from(row).expect("there are few rows"),
-            share,
-        }
-    }
-
-    /// Groups the weighted points of a pixel by their normals, and adds the mean of each group.
-    pub(crate) fn push_groups(
-        pixel: u32,
-        points: impl Iterator<Item = (Option<(DVec3, DVec3)>, f64)>,
-        out: &mut Vec<Self>,
-    ) {
-        let mut groups: Vec<Group> = Vec::with_capacity(MAX_GROUPS);
-        for (facing, weight) in points {
-            let Some((n, eye)) = facing.filter(|_| weight > 0.0) else { continue };
-            let distance = |group: &Group| (group.first - n).length();
-            let nearest = (0..groups.len())
-                .min_by(|a, b| distance(&groups[*a]).total_cmp(&distance(&groups[*b])));
-            let joins = nearest
-                .filter(|k| distance(&groups[*k]) <= MAX_DISTANCE || groups.len() == MAX_GROUPS);
-            let k = joins.unwrap_or_else(|| {
-                groups.push(Group { first: n, ..Group::default() });
-                groups.len() - 1
-            });
-            let group = &mut groups[k];
-            group.spread = group.spread.max((group.first - n).length());
-            group.n += n * weight;
-            group.eye += eye * weight;
-            group.weight += weight;
-        }
-        for group in groups {
-            let n = group.n.try_normalize().unwrap_or(group.first);
-            let eye = group.eye.normalize();
-            out.push(Self::new((pixel, group.weight), (n, eye), group.spread));
-        }
-    }
-
-    /// Row of tables below the angle to the eye, and distance from it towards the next.
-    #[must_use]
-    #[inline(always)]
-    pub fn row(&self) -> (usize, f32) {
-        (usize::from(self.row), self.share)
-    }
-}
 
 impl PrefilteredLight {
     pub(crate) fn new(points: Vec<LitPoint>, lights: Vec<PrefilteredEnvironment>) -> Self {
@@ -124,13 +44,37 @@ impl PrefilteredLight {
             let levels = (0..LobeNodes::ROWS).map(of_row).collect();
             Environment { light, levels }
         };
-        Self { points, environments: lights.into_iter().map(environment).collect() }
+        let environments = lights.into_iter().map(environment).collect();
+        Self { points, between: Vec::new(), environments }
+    }
+
+    /// Returns the light of a picture; pixels of smooth parts are between points. `points` returns
+    /// those of an area, which may be larger than that of the picture.
+    pub(crate) fn of_picture(
+        raster: Raster,
+        lights: Vec<PrefilteredEnvironment>,
+        points: impl FnOnce(PixelArea) -> Vec<LitPoint>,
+    ) -> Self {
+        let mut light = Self::new(Vec::new(), lights);
+        let around = surroundings(raster.area, raster.size_px);
+        let points = points(around);
+        let mirrored: Vec<MirroredLight> =
+            points.par_iter().map(|point| light.mirrored(point)).collect();
+        let thinned = thin(points, &mirrored, around.width as usize);
+        (light.points, light.between) = crop(thinned, around, raster.area);
+        light
     }
 
     /// Returns the points.
     #[must_use]
     pub fn points(&self) -> &[LitPoint] {
         &self.points
+    }
+
+    /// Returns the pixels whose radiance is a mean of those of points.
+    #[must_use]
+    pub fn between(&self) -> &[PixelBetween] {
+        &self.between
     }
 
     /// Returns its size in memory in bytes, environments included.
@@ -140,13 +84,15 @@ impl PrefilteredLight {
             .environments
             .iter()
             .map(|one| one.light.bytes() + size_of_val(one.levels.as_slice()));
-        size_of_val(self.points.as_slice()) + environments.sum::<usize>()
+        size_of_val(self.points.as_slice())
+            + size_of_val(self.between.as_slice())
+            + environments.sum::<usize>()
     }
 
     /// Returns the points alone, whose light has been gathered: environments may be large.
     #[must_use]
     pub fn without_environments(self) -> Self {
-        Self { points: self.points, environments: Vec::new() }
+        Self { environments: Vec::new(), ..self }
     }
 
     /// Writes the mean radiance around the nodes of a point, and returns the number of nodes
@@ -170,6 +116,31 @@ impl PrefilteredLight {
             environment.add(&at, out);
         }
         count
+    }
+}
+
+impl PrefilteredLight {
+    /// Returns the light of a point from its mirror direction.
+    fn mirrored(&self, point: &LitPoint) -> MirroredLight {
+        let frame = EyeFrame::new(point);
+        let mut mirrored = MirroredLight { radiance: [[0.0; 3]; WIDTHS.len()], diffuse: 0.0 };
+        for Environment { light, .. } in &self.environments {
+            let axes = frame.axes(light);
+            let half: [&[f32]; 3] = [&[0.0], &[0.0], &[1.0]];
+            let (mut u, mut v) = ([0.0], [0.0]);
+            directions(axes, frame.eye, half, (&mut u, &mut v));
+            let (us, vs) = ([u[0]; WIDTHS.len()], [v[0]; WIDTHS.len()]);
+            let levels = WIDTHS.map(|width| light.level_with_spots(width));
+            let finest = light.level(SPACING_PER_SPREAD * f64::from(point.spread));
+            light.radiance((&us, &vs), &levels, finest, |width, mean| {
+                for (sum, mean) in mirrored.radiance[width].iter_mut().zip(mean) {
+                    *sum += mean;
+                }
+            });
+            let [red, green, blue] = light.irradiance(axes[2]);
+            mirrored.diffuse += (red + green + blue) / (3.0 * std::f32::consts::PI);
+        }
+        mirrored
     }
 }
 
@@ -223,7 +194,8 @@ impl Environment {
         let axes = at.frame.axes(light);
         let (mut us, mut vs) = ([0.0; NODES], [0.0; NODES]);
         let (us, vs) = (&mut us[..count], &mut vs[..count]);
-        directions(axes, at.frame.eye, LobeNodes::get().half_parts(), (us, vs));
+        let half = LobeNodes::get().half_parts().map(<[f32; NODES]>::as_slice);
+        directions(axes, at.frame.eye, half, (us, vs));
         let finest = light.level(SPACING_PER_SPREAD * f64::from(at.spread));
         let mut means = [[0.0; NODES]; 3];
         light.radiance((us, vs), &levels[..count], finest, |node, mean| {
@@ -279,11 +251,11 @@ fn clear(channels: &mut [[f32; NODES]; 3], count: usize) {
 fn directions(
     axes: [[f32; 3]; 3],
     [sin, cos]: [f32; 2],
-    half: [&[f32; NODES]; 3],
+    half: [&[f32]; 3],
     (us, vs): (&mut [f32], &mut [f32]),
 ) {
     let [x, y, z] = axes;
-    let count = us.len().min(vs.len()).min(NODES);
+    let count = us.len().min(vs.len()).min(half[0].len());
     let (us, vs) = (&mut us[..count], &mut vs[..count]);
     let (hx, hy, hz) = (&half[0][..count], &half[1][..count], &half[2][..count]);
     for k in 0..count {

@@ -11,7 +11,8 @@ use brood_light::{LightAssets, LightSampler};
 use brood_mesh::{Mesh, UnitFrame};
 use glam::{DVec2, DVec3};
 
-use super::light::{LitPoint, PrefilteredLight};
+use super::light::PrefilteredLight;
+use super::point::LitPoint;
 use crate::description::Scene;
 use crate::sample_set::View;
 

@@ -122,7 +122,11 @@ impl SampleSet {
         sampler.keeps_points = true;
         let environments = sampler.surface.take_environments(scene);
         let (set, points) = Self::render_with(&sampler, raster);
-        (set, PrefilteredLight::new(points, environments))
+        let points_of = |area: PixelArea| match area == raster.area {
+            true => points,
+            false => Self::render_with(&sampler, Raster { area, ..raster }).1,
+        };
+        (set, PrefilteredLight::of_picture(raster, environments, points_of))
     }
 
     fn render_with(sampler: &PixelSampler<'_>, raster: Raster) -> (Self, Vec<LitPoint>) {
