@@ -5,6 +5,7 @@
  *
  * @import { Draft } from "../model.js"
  * @import { Look, Material, Meter } from "./material.js"
+ * @import { SurfacePrograms } from "./surface.js"
  */
 import { problemOf } from "../api/request.js";
 import { printGenome } from "../api/routes.js";
@@ -41,7 +42,7 @@ export class DraftMaterial {
    * Brings the material closer to the draft.
    * @param {WebGL2RenderingContext} gl
    * @param {Draft|null} draft null if nothing is edited
-   * @param {{meter: Meter, look: Look, within: number}} scene as for the other materials
+   * @param {{meter: Meter, look: Look, pens: SurfacePrograms, within: number}} scene as for the other materials
    * @returns {boolean} true if there is more to do
    */
   work(gl, draft, scene) {

@@ -36,6 +36,7 @@ import { liveStore } from "./store.js";
 import {
   drawPlaces, drawSurface, dropSurface, lightSurface, linkSurfacePrograms, makeSurface,
 } from "./surface.js";
+import { drawSurroundings, keepSurroundings } from "./surroundings.js";
 
 /** Stands for a scene without lights, which is drawn black. @type {PointLight} */
 const DARK = { place: [0, 0, 1], intensity: [0, 0, 0] };
@@ -351,6 +352,7 @@ function frame(now) {
   const squares = resting ? layout.squares.filter(({ cell }) => cell === "centre") : layout.squares;
   const making = {
     meter,
+    pens,
     look: { surface: metering, lights: all, around: 1 / strength },
     within: geometry.within,
     environment,
@@ -379,12 +381,20 @@ function frame(now) {
     publishLight(scene, geometry.extent, degrees);
     return schedule();
   }
+  /** @param {Cell} cell */
+  const surfaceOf = (cell) => (cell === "centre" ? large : small);
+  for (const { cell, material } of materials)
+    if (material.spheres) drawSurroundings(gl, pens, surfaceOf(cell), material.spheres);
+  for (const surface of [small, large, metering]) {
+    const seen = materials.filter(({ cell }) => surfaceOf(cell) === surface);
+    keepSurroundings(gl, surface, new Set(seen.map(({ material }) => material.spheres)));
+  }
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
   gl.clearColor(0, 0, 0, 0);
   gl.clear(gl.COLOR_BUFFER_BIT);
   for (const { cell, corner, material } of materials) {
-    const surface = cell === "centre" ? large : small;
+    const surface = surfaceOf(cell);
     const where = {
       corner,
       gain: exposure === "auto" ? material.gain / strength : 2 ** exposure,

@@ -3,7 +3,7 @@
  * shader reads directions and light from the textures of a surface (`surface.js`).
  *
  * @import { Linked } from "./program.js"
- * @import { Surface } from "./surface.js"
+ * @import { Surface, SurfacePrograms } from "./surface.js"
  * @import { PointLight } from "./camera.js"
  * @import { Spheres } from "./spheres.js"
  */
@@ -11,8 +11,8 @@ import { drawLitCells } from "./lit_cells.js";
 import {
   OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, read, uniformLocation,
 } from "./program.js";
-import { AROUND } from "./spheres.js";
 import { drawWithin } from "./surface.js";
+import { drawSurroundings } from "./surroundings.js";
 
 /** Side of the pictures on which exposure is measured, and number of light angles measured. */
 export const METER_SIDE = 32;
@@ -72,7 +72,7 @@ uniform ivec2 corner;
 uniform int side;
 uniform int first;
 uniform vec3 intensities[${Math.max(1, lights)}];
-${surrounded ? "uniform sampler2D lower, upper, spheres;\nuniform float around;" : ""}
+${surrounded ? "uniform sampler2D surroundings;\nuniform float around;" : ""}
 uniform float gain;
 uniform bool marks;
 out vec4 color;
@@ -89,7 +89,7 @@ vec3 srgb(vec3 shown) {
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
   ${lights > 0 ? lighting(lights) : NO_LIGHT}
-  ${surrounded ? AROUND : ""}
+  ${surrounded ? "radiance += around * texelFetch(surroundings, at, 0).rgb;" : ""}
   vec3 shown = radiance * gain;
   vec3 code = srgb(shown);
   // Diagonal stripes as in marks.js: two colours, then two transparent ones.
@@ -179,11 +179,11 @@ export function makeMeter(gl) {
  * @param {Spheres|null} spheres
  */
 function bindLook(gl, linked, { surface, lights, around }, spheres) {
-  const [lower, upper] = surface.places;
+  const surrounding = spheres && surface.surroundings.get(spheres);
   read(gl, linked, {
     seen: surface.seen,
     lit: surface.lit,
-    ...(spheres && { lower, upper, spheres: spheres.texture }),
+    ...(surrounding && { surroundings: surrounding.texture }),
   });
   if (spheres) gl.uniform1f(uniformLocation(gl, linked, "around"), around * spheres.unit);
   gl.uniform1i(uniformLocation(gl, linked, "side"), surface.side);
@@ -196,8 +196,8 @@ function bindLook(gl, linked, { surface, lights, around }, spheres) {
 }
 
 /**
- * Draws a material into the square at a corner of the present framebuffer. Once the lit cells are
- * known, only these are shaded, and the rest is drawn black.
+ * Draws a material into the square at a corner of the present framebuffer. Its surroundings are
+ * drawn by then. Once the lit cells are known, only these are shaded by lights.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Linked[]} dark
@@ -227,10 +227,11 @@ export function drawMaterial(gl, of, dark, look, { corner, gain, marks }) {
  * Starts measuring the exposure over a whole turn of the light, so that it does not flicker.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
- * @param {Meter} meter
- * @param {Look} look the lights at all measured angles
+ * @param {{meter: Meter, look: Look, pens: SurfacePrograms}} scene `look`: the lights at all
+ *   measured angles
  */
-function startMetering(gl, of, meter, look) {
+function startMetering(gl, of, { meter, look, pens }) {
+  if (of.spheres) drawSurroundings(gl, pens, look.surface, of.spheres);
   gl.bindFramebuffer(gl.FRAMEBUFFER, meter.framebuffer);
   gl.clearColor(0, 0, 0, 0);
   gl.clear(gl.COLOR_BUFFER_BIT);
@@ -293,10 +294,10 @@ export function autoGain(pixels) {
  * Advances a material by one step towards being drawable, without waiting.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
- * @param {{meter: Meter, look: Look}} scene
+ * @param {{meter: Meter, look: Look, pens: SurfacePrograms}} scene
  * @returns {boolean} true if anything has changed
  */
-export function advance(gl, of, { meter, look }) {
+export function advance(gl, of, scene) {
   if (of.state === "linking") {
     if (!isLinked(gl, of.linked)) return false;
     const reason = linkError(gl, of.linked);
@@ -307,7 +308,7 @@ export function advance(gl, of, { meter, look }) {
     }
     // Also if the film's exposure is fixed: software renderers compile at the first drawing, which
     // is thus not on the screen.
-    startMetering(gl, of, meter, look);
+    startMetering(gl, of, scene);
     of.state = "metering";
     return true;
   }

@@ -5,6 +5,7 @@
  * @import { Individual } from "../model.js"
  * @import { Look, Material, Meter } from "./material.js"
  * @import { Spheres } from "./spheres.js"
+ * @import { SurfacePrograms } from "./surface.js"
  */
 import { getText, problemOf } from "../api/request.js";
 import { sceneStore } from "../scene/store.js";
@@ -26,7 +27,8 @@ const AGAIN_MS = 5000;
  *   the request or could not be reached a moment ago; `hasFailed`: nothing has come since; `used`:
  *   time of the last use, in calls of `work`.
  *
- * @typedef {{meter: Meter, look: Look, within: number, environment: string, together: number}}
+ * @typedef {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment: string,
+ *   together: number}}
  *   Making `look`: where exposure is measured; `within`: bound on the object's texture coordinates;
  *   `environment`: key of the environments; `together`: number of shaders compiled at a time
  */

@@ -54,16 +54,26 @@ void main() {
   upper = vec4(on(first + vec2(0.0, 1.0), r), on(first + 1.0, r));
 }`;
 
-/** Radiance of the environments, in the shader of a material. */
-export const AROUND = `
+/** Writes the radiance of a material at the places. */
+export const SURROUNDINGS = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D lower;
+uniform sampler2D upper;
+uniform sampler2D spheres;
+uniform int side;
+out vec4 radiance;
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy);
   vec4 below = texelFetch(lower, at, 0);
   vec4 above = texelFetch(upper, at, 0);
-  vec2 across = fract((vec2(at) + 0.5) * ${ACROSS - 1}.0 / float(side));
-  radiance += around * mix(
+  vec2 across = fract(gl_FragCoord.xy * ${ACROSS - 1}.0 / float(side));
+  radiance = vec4(mix(
     mix(texture(spheres, below.xy).rgb, texture(spheres, below.zw).rgb, across.x),
     mix(texture(spheres, above.xy).rgb, texture(spheres, above.zw).rgb, across.x),
     across.y
-  );`;
+  ), 1.0);
+}`;
 
 /**
  * @typedef {{texture: WebGLTexture, unit: number}} Spheres `unit`: radiance of a texel of 1

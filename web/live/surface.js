@@ -17,11 +17,12 @@
  * @import { LitCells } from "./lit_cells.js"
  * @import { Linked } from "./program.js"
  * @import { PointLight, View } from "./camera.js"
+ * @import { Spheres } from "./spheres.js"
  */
 import { dropLitCells, makeLitCells, resetLitCells } from "./lit_cells.js";
 import { SIDES, outline, triangles } from "./outline.js";
 import { EVERYWHERE, OUTLINED, linkNow, read, uniformLocation } from "./program.js";
-import { PLACES } from "./spheres.js";
+import { PLACES, SURROUNDINGS } from "./spheres.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -177,18 +178,23 @@ const MASK_SAMPLES = 4;
  *   WebGLTexture[], mask: WebGLTexture, found: WebGLTexture[], seen: WebGLTexture, lit:
  *   WebGLTexture, framebuffer: WebGLFramebuffer, depth: WebGLRenderbuffer, maskFramebuffer:
  *   WebGLFramebuffer, foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer,
- *   places: WebGLTexture[], placesFramebuffer: WebGLFramebuffer, many: WebGLFramebuffer, manyMask:
- *   WebGLRenderbuffer, manyDepth: WebGLRenderbuffer}} Surface
+ *   places: WebGLTexture[], placesFramebuffer: WebGLFramebuffer, surroundings: Map<Spheres,
+ *   Surrounding>, many: WebGLFramebuffer, manyMask: WebGLRenderbuffer, manyDepth:
+ *   WebGLRenderbuffer}} Surface
  *   `side`: of its pictures in pixels. `slots`: largest number of lights, whose pictures in `lit`
  *   are stacked. `whole`: false if there was not enough memory. `within`: a polygon around the
  *   object, outside of which nothing is shaded. `parts`: cells that lights may reach. `found`:
  *   position, normal and tangent of the shading points. `places`: of their normals on lit spheres.
+ *   `surroundings`: radiances in the environments, by material (`surroundings.js`).
  *   `many`: the multisampled framebuffer of the mask.
+ *
+ * @typedef {{texture: WebGLTexture, framebuffer: WebGLFramebuffer, known: boolean}} Surrounding
+ *   `known`: false until it is drawn at the present places.
  *
  * @typedef {{geometry: Geometry, tangents: "vertex"|"triangle"}} Mesh `tangents`: as in scenes
  *
- * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked, places: Linked}}
- *   SurfacePrograms
+ * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked, places: Linked,
+ *   surroundings: Linked}} SurfacePrograms
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {SurfacePrograms} */
@@ -198,6 +204,7 @@ export const linkSurfacePrograms = (gl) => ({
   found: linkNow(gl, EVERYWHERE, FOUND),
   lit: linkNow(gl, OUTLINED, LIT),
   places: linkNow(gl, OUTLINED, PLACES),
+  surroundings: linkNow(gl, OUTLINED, SURROUNDINGS),
 });
 
 /**
@@ -207,7 +214,7 @@ export const linkSurfacePrograms = (gl) => ({
  * @param {number} side
  * @param {number} [height]
  */
-function texture(gl, format, side, height = side) {
+export function texture(gl, format, side, height = side) {
   const made = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, made);
   gl.texStorage2D(gl.TEXTURE_2D, 1, format, side, height);
@@ -234,7 +241,7 @@ function renderbuffer(gl, format, side, samples) {
  * @param {WebGL2RenderingContext} gl
  * @param {WebGLTexture[]} into
  */
-function drawsInto(gl, ...into) {
+export function drawsInto(gl, ...into) {
   const framebuffer = gl.createFramebuffer();
   gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
   into.forEach((one, k) =>
@@ -303,6 +310,7 @@ export function makeSurface(gl, side, slots) {
     foundFramebuffer,
     litFramebuffer,
     placesFramebuffer,
+    surroundings: new Map(),
     many,
     manyMask,
     manyDepth,
@@ -311,7 +319,16 @@ export function makeSurface(gl, side, slots) {
 
 /** @param {WebGL2RenderingContext} gl @param {Surface} of */
 export function dropSurface(gl, of) {
-  for (const made of [...of.layers, ...of.found, of.mask, of.seen, of.lit, ...of.places])
+  const surroundings = [...of.surroundings.values()];
+  for (const made of [
+    ...of.layers,
+    ...of.found,
+    of.mask,
+    of.seen,
+    of.lit,
+    ...of.places,
+    ...surroundings.map((one) => one.texture),
+  ])
     gl.deleteTexture(made);
   for (const made of [
     of.framebuffer,
@@ -319,6 +336,7 @@ export function dropSurface(gl, of) {
     of.foundFramebuffer,
     of.litFramebuffer,
     of.placesFramebuffer,
+    ...surroundings.map((one) => one.framebuffer),
     of.many,
   ])
     gl.deleteFramebuffer(made);
@@ -449,6 +467,7 @@ export function drawPlaces(gl, pens, into, view) {
   gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
   drawWithin(gl, into);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  for (const one of into.surroundings.values()) one.known = false;
 }
 
 /** Draws the object's polygon. @param {WebGL2RenderingContext} gl @param {Surface} surface */
