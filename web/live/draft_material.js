@@ -42,7 +42,8 @@ export class DraftMaterial {
    * Brings the material closer to the draft.
    * @param {WebGL2RenderingContext} gl
    * @param {Draft|null} draft null if nothing is edited
-   * @param {{meter: Meter, look: Look, pens: SurfacePrograms, within: number}} scene as for the other materials
+   * @param {{meter: Meter, look: Look, pens: SurfacePrograms, within: number}} scene as for the
+   *   other materials
    * @returns {boolean} true if there is more to do
    */
   work(gl, draft, scene) {
