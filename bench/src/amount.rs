@@ -51,7 +51,7 @@ const SECOND_PARENT: &str = "the second parent";
 named_enum! {
     /// Kind of parents.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    enum Kind {
+    pub enum Kind {
         /// Random programs.
         Wild => "wild",
         /// Programs like measured materials.
@@ -230,8 +230,7 @@ fn distances(
     [parent, mate]: [&Genome; 2],
     key: BirthKey,
 ) -> Result<Measured> {
-    let scale =
-        if args.operators { MutationScale::Operators } else { MutationScale::Visible };
+    let scale = if args.operators { MutationScale::Operators } else { MutationScale::Visible };
     let mutant = |amount: &f32| {
         Variation::mutate(parent, *amount).with_start(kind.start()).with_scale(scale).birth(key)
     };
@@ -251,7 +250,8 @@ fn distances(
         lights.push(PictureSet::on(&renderer, (scene, BuiltinMesh::Sphere), &programs, args.size)?);
     }
     let between = |one: usize, other: usize| {
-        let of = |set: &PictureSet| Distance { flip: set.flip(one, other), itp: set.itp(one, other) };
+        let of =
+            |set: &PictureSet| Distance { flip: set.flip(one, other), itp: set.itp(one, other) };
         mean(&lights.iter().map(of).collect::<Vec<_>>())
     };
     let count = AMOUNTS.len();
@@ -296,8 +296,11 @@ fn table(effects: &[Effect]) -> ResultTable {
 
 fn chart(effects: &[Effect], args: &BenchAmountArgs) -> Plot {
     let series = |effect: &Effect| {
-        let point =
-            |(amount, y): (&f32, Distance)| Point { x: (*amount).into(), y: y.flip, ..Point::default() };
+        let point = |(amount, y): (&f32, Distance)| Point {
+            x: (*amount).into(),
+            y: y.flip,
+            ..Point::default()
+        };
         let points = AMOUNTS.iter().zip(effect.means()).map(point);
         let name = match effect.name {
             "mutation" => format!("mutation, {}", effect.kind.name()),

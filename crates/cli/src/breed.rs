@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use brood_bench::{genome_file, logging, output};
-use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, express_brood,
-    steered_brood,
+use brood_eval::{
+    Developed, SheetCell, centre_px, diverse_brood, express, express_brood, steered_brood,
 };
 use brood_genome::{DialectConstraints, Genome, Start, Steer, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};

@@ -67,6 +67,6 @@ pub use picture::{
 };
 pub use prefiltered::{GatheredLight, is_prefilterable, lobe_tables, shade_prefiltered};
 pub use preview::{Preview, PreviewScorer, diverse_brood};
-pub use steering::{Appearance, steered_brood};
 pub use radiance::{RadianceImage, shade, shade_brdf, shade_each};
 pub use reference::ReferenceEvaluator;
+pub use steering::{Appearance, steered_brood};

@@ -7,7 +7,7 @@
 use std::sync::OnceLock;
 
 use brood_brdf::Input;
-use brood_genome::Steer;
+use brood_genome::{Genome, ModelKind, Steer};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
 use brood_scene::{SampleSet, Sampling, Scene};
@@ -91,11 +91,8 @@ impl Appearance {
         let gloss = if mean > 0.0 { libm::log2(square / (mean * mean)) } else { 0.0 };
         let inputs = program.inputs();
         let is_textured = inputs.contains(Input::U) || inputs.contains(Input::V);
-        let pattern = if is_textured {
-            pattern(&light, &reflected(program, elsewhere, here))
-        } else {
-            0.0
-        };
+        let pattern =
+            if is_textured { pattern(&light, &reflected(program, elsewhere, here)) } else { 0.0 };
         Self { colour: body_colour(&light, &luminances), gloss, pattern }
     }
 
@@ -190,17 +187,30 @@ struct SteerScorer<'a> {
     words: &'a [Steer],
     /// True if draws that resemble parents or siblings are drawn again.
     is_diverse: bool,
+    /// True if draws are slow to measure, so that at most `MAX_REDRAWS` are made again.
+    is_slow: bool,
+}
+
+/// True if new parameters of a model of the genome take milliseconds to prepare.
+fn is_slow(genome: &Genome) -> bool {
+    genome.layers().iter().any(|model| model.kind() == ModelKind::RoughPlastic)
 }
 
 impl DrawScorer for SteerScorer<'_> {
     type Features = (Preview, Appearance);
 
+    const BATCH: u32 = 8;
+
+    fn features_of_all(&self, programs: &[&Program]) -> Vec<Self::Features> {
+        programs.par_iter().map(|program| self.features(program)).collect()
+    }
+
     fn features(&self, program: &Program) -> Self::Features {
         (Preview::of(program), Appearance::of(program))
     }
 
-    /// Returns a score below 0 for draws that are black or do not follow all words, so that up to
-    /// `MAX_UNWANTED_REDRAWS` more are made.
+    /// Returns a lower score for draws that do not follow all words, by the degree to which they do,
+    /// and a still lower one for black draws.
     fn score(&self, (look, own): &Self::Features, taken: &[Self::Features]) -> f32 {
         // The parents are each listed as they are, then under the brood's constraints and colours.
         let (_, parent) = &taken[1];
@@ -209,13 +219,15 @@ impl DrawScorer for SteerScorer<'_> {
         if look.is_black() {
             return least as f32 - 2.0;
         }
+        // Scores below 0 allow `MAX_UNWANTED_REDRAWS`.
+        let (none, all) = if self.is_slow { (0.0, 0.5) } else { (-1.0, 0.0) };
         if least < 1.0 {
-            return least as f32 - 1.0;
+            return none + (all - none) * least as f32;
         }
         if !self.is_diverse {
             return 1.0;
         }
-        look.newness(taken.iter().map(|(look, _)| look))
+        all + (1.0 - all) * look.newness(taken.iter().map(|(look, _)| look))
     }
 }
 
@@ -226,13 +238,11 @@ impl DrawScorer for SteerScorer<'_> {
 /// # Panics
 /// If the variation has no parent.
 #[must_use]
-pub fn steered_brood(
-    request: &BroodRequest<'_>,
-    words: &[Steer],
-    is_diverse: bool,
-) -> Vec<Child> {
+pub fn steered_brood(request: &BroodRequest<'_>, words: &[Steer], is_diverse: bool) -> Vec<Child> {
+    let mut parents = request.variation.parents();
+    let is_slow = parents.any(is_slow);
     assert!(request.variation.parents().next().is_some(), "steering compares with a parent");
-    let scorer = SteerScorer { words, is_diverse };
+    let scorer = SteerScorer { words, is_diverse, is_slow };
     let first = |slot| {
         let draw = request.draw(slot);
         let features = scorer.features(draw.program());

@@ -63,7 +63,9 @@ fn pattern_is_what_changes_over_the_texture() {
 
 #[test]
 fn steered_broods_follow_more_often_than_others() {
-    for (start, slots) in [(Start::Wild, [2, 9]), (Start::Models, [1, 2]), (Start::Believable, [1, 2])] {
+    for (start, slots) in
+        [(Start::Wild, [2, 9]), (Start::Models, [1, 2]), (Start::Believable, [1, 2])]
+    {
         for word in [Steer::KeepColour, Steer::Warmer, Steer::Glossier, Steer::Rougher] {
             let words = [word];
             let (mut steered, mut plain) = (0, 0);
@@ -73,16 +75,18 @@ fn steered_broods_follow_more_often_than_others() {
                 let variation = variation.with_steer(&words);
                 let request = BroodRequest { variation, count: 20, seed: 5, distinct: true };
                 let follow = |brood: &[Child]| {
-                    let follows = |child: &&Child| {
-                        Appearance::of(&child.program).follows(word, &own) >= 1.0
-                    };
+                    let follows =
+                        |child: &&Child| Appearance::of(&child.program).follows(word, &own) >= 1.0;
                     brood.iter().filter(follows).count()
                 };
                 steered += follow(&steered_brood(&request, &words, true));
                 let unsteered = BroodRequest { variation: variation.with_steer(&[]), ..request };
                 plain += follow(&crate::diverse_brood(&unsteered));
             }
-            assert!(steered >= 20 && steered > plain, "{start:?} {word:?}: {steered} against {plain}");
+            assert!(
+                steered >= 20 && steered > plain,
+                "{start:?} {word:?}: {steered} against {plain}"
+            );
         }
     }
 }

@@ -165,7 +165,8 @@ fn steered_programs_keep_the_hue_of_each_term() {
                 assert_ne!(child, first);
                 let (old, new) = (parameters(&first), parameters(&child));
                 for term in 0..TERMS {
-                    let hue = |of: &Parameters| of.colours[term].map(|one| one - of.colours[term][0]);
+                    let hue =
+                        |of: &Parameters| of.colours[term].map(|one| one - of.colours[term][0]);
                     let apart = hue(&old).into_iter().zip(hue(&new)).map(|(a, b)| (a - b).abs());
                     let most = apart.fold(0.0, f64::max);
                     assert!(most < 1e-4, "slot {slot}, {word:?}, term {term}: {most}");

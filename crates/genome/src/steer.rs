@@ -90,6 +90,9 @@ pub enum SteerError {
          none"
     )]
     NoGloss,
+    /// The first parent has nothing but colours.
+    #[error("`keep-colour` leaves nothing to change: the parent's models have colours only")]
+    OnlyColours,
 }
 
 impl Steer {
@@ -129,6 +132,9 @@ impl Steer {
             if *word == Self::OnlyGloss && is_of_models && !has_gloss(first.layers()) {
                 return Err(SteerError::NoGloss);
             }
+            if *word == Self::KeepColour && is_of_models && has_only_colours(first.layers()) {
+                return Err(SteerError::OnlyColours);
+            }
         }
         Ok(())
     }
@@ -137,6 +143,13 @@ impl Steer {
 /// True if a model has a parameter that forms its highlights.
 fn has_gloss(layers: &[Model]) -> bool {
     layers.iter().flat_map(Model::parameters).any(|(parameter, _)| is_gloss(parameter))
+}
+
+/// True if no model has a parameter that can change besides colours.
+fn has_only_colours(layers: &[Model]) -> bool {
+    let is_fixed = |parameter: &Parameter| parameter.words().is_some_and(|words| words.len() == 1);
+    let mut parameters = layers.iter().flat_map(Model::parameters);
+    parameters.all(|(parameter, _)| is_colour(parameter) || is_fixed(parameter))
 }
 
 fn is_gloss(parameter: &Parameter) -> bool {

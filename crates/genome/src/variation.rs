@@ -222,7 +222,12 @@ impl<'a> Variation<'a> {
             Origin::Random(dialect) => random::genome(dialect, key),
             Origin::Mutate { parent, mutation } => {
                 let mut draft = Draft::copy(parent);
-                mutate::draft(&mut draft, key, self.how(mutation, true), &self.resolve_locks(parent));
+                mutate::draft(
+                    &mut draft,
+                    key,
+                    self.how(mutation, true),
+                    &self.resolve_locks(parent),
+                );
                 draft
             }
             Origin::Recombine { first, second, recombination, mutation } => {

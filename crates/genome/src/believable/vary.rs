@@ -2,7 +2,9 @@
 
 use super::anchor::{Anchor, Class, VALUES};
 use super::parameters::Parameters;
-use super::structure::{BODY, NARROW, TERMS, WEIGHTS, WIDE, fall_off_of, inputs_of, is_highlight, unit_of};
+use super::structure::{
+    BODY, NARROW, TERMS, WEIGHTS, WIDE, fall_off_of, inputs_of, is_highlight, unit_of,
+};
 use super::{colour, draw};
 use crate::random::{Operator, Stream};
 use crate::steer::Kept;
@@ -64,15 +66,13 @@ pub(crate) fn mutate(
         new.write(&old, constants);
         return true;
     }
-    let albedo = if stream.chance(RECOLOUR * mutation * mutation) {
-        colour::draw(class, &mut stream)
+    if stream.chance(RECOLOUR * mutation * mutation) {
+        let albedo = colour::draw(class, &mut stream);
+        draw::colour(&mut new, class, albedo);
     } else {
-        colour_of(&old, nearest.class).map(|albedo| {
-            let change = COLOUR_STEP * f64::from(mutation * stream.bell());
-            (albedo * libm::exp2(change)).clamp(ALBEDOS.0, ALBEDOS.1)
-        })
-    };
-    draw::colour(&mut new, class, albedo);
+        let change = std::array::from_fn(|_| COLOUR_STEP * f64::from(mutation * stream.bell()));
+        tint(&mut new, (&old, nearest.class), class, change);
+    }
     keep(&mut new, &old, kept);
     new.write(&old, constants);
     true
@@ -131,6 +131,22 @@ pub(crate) fn recombine(
     true
 }
 
+/// Gives the old colour to the body again after a change of the shape, each channel multiplied by
+/// 2^`change`. Without a change of shape and colour, everything stays as it is.
+fn tint(new: &mut Parameters, old: (&Parameters, Class), class: Class, change: [f64; 3]) {
+    let (old, old_class) = old;
+    let half_log = |albedo: f64| 0.5 * libm::log2(albedo.max(1e-6));
+    let factor = scale_of(old, old_class);
+    let (own, body) = (old.body_albedo(), new.body_albedo());
+    let shift: [f64; 3] = std::array::from_fn(|at| {
+        let own = factor * own[at];
+        // Channels that are out of range already stay there.
+        let (least, most) = (ALBEDOS.0.min(own), ALBEDOS.1.max(own));
+        half_log((own * libm::exp2(change[at])).clamp(least, most)) - half_log(factor * body[at])
+    });
+    draw::shift_colour(new, class, shift);
+}
+
 /// Changes the highlights by a multiple of a difference of two anchors; their hues stay.
 fn change_highlights(new: &mut Parameters, change: &[f64; VALUES], step: f64) {
     for term in [NARROW, WIDE] {
@@ -152,10 +168,14 @@ fn keep(new: &mut Parameters, old: &Parameters, kept: u8) {
 
 /// Colour of a program. The body of a metal is dark, so it is scaled to the reflectance of one.
 fn colour_of(parameters: &Parameters, class: Class) -> [f64; 3] {
-    let albedo = parameters.body_albedo();
-    let largest = albedo.iter().fold(1e-6, |a: f64, b| a.max(*b));
-    let factor = if class == Class::Metal { METAL / largest } else { 1.0 };
-    albedo.map(|albedo| (factor * albedo).clamp(ALBEDOS.0, ALBEDOS.1))
+    let factor = scale_of(parameters, class);
+    parameters.body_albedo().map(|albedo| (factor * albedo).clamp(ALBEDOS.0, ALBEDOS.1))
+}
+
+/// Factor from the albedo of a body to its colour.
+fn scale_of(parameters: &Parameters, class: Class) -> f64 {
+    let largest = parameters.body_albedo().iter().fold(1e-6, |a: f64, b| a.max(*b));
+    if class == Class::Metal { METAL / largest } else { 1.0 }
 }
 
 /// Indices of the weights of a term and its unit.

@@ -15,9 +15,6 @@ const SPREAD: f64 = 0.25;
 const STEP: f64 = 0.3;
 /// Probability that a choice mutates at amount 1.
 const CHOICE_RATE: f32 = 0.1;
-/// Probability that the kind of a model mutates at amount 1; grows with the square of the amount,
-/// as for instructions.
-const KIND_RATE: f32 = 0.15;
 
 /// Returns one random model.
 pub(super) fn random(key: BirthKey) -> Vec<Model> {
@@ -49,7 +46,7 @@ pub(super) fn mutate(
     let mut stream = Stream::new(key, Operator::MutateLayers);
     let mut changed = false;
     for (layer, model) in layers.iter_mut().enumerate() {
-        if !locked.locks_kind(layer) && stream.chance(KIND_RATE * mutation * mutation) {
+        if !locked.locks_kind(layer) && stream.chance(strength.kind_rate()) {
             *model = converted(model, different_kind(model.kind(), &mut stream));
             changed = true;
         }
@@ -224,7 +221,12 @@ fn each_value(model: &Model) -> impl Iterator<Item = (&'static Parameter, f64)> 
 }
 
 /// Draws a different value. A choice of one word stays.
-fn different_value(parameter: &Parameter, value: f64, strength: Strength, stream: &mut Stream) -> f64 {
+fn different_value(
+    parameter: &Parameter,
+    value: f64,
+    strength: Strength,
+    stream: &mut Stream,
+) -> f64 {
     match words(parameter) {
         Some(1) => value,
         Some(count) => {

@@ -108,7 +108,12 @@ pub(super) fn draft(
 
 /// Mutates the parameters of a believable program, except locked ones. Returns false if the program
 /// is not believable.
-fn parameters(draft: &mut Draft, strength: Strength, key: BirthKey, locked: &ResolvedLocks) -> bool {
+fn parameters(
+    draft: &mut Draft,
+    strength: Strength,
+    key: BirthKey,
+    locked: &ResolvedLocks,
+) -> bool {
     let old = draft.constants.clone();
     let kept = (locked.channels(), locked.kept());
     let program = (&*draft.instructions, &mut *draft.constants);
@@ -118,7 +123,13 @@ fn parameters(draft: &mut Draft, strength: Strength, key: BirthKey, locked: &Res
 }
 
 /// Mutates instructions, then constants.
-fn program(draft: &mut Draft, strength: Strength, key: BirthKey, force: bool, locked: &ResolvedLocks) {
+fn program(
+    draft: &mut Draft,
+    strength: Strength,
+    key: BirthKey,
+    force: bool,
+    locked: &ResolvedLocks,
+) {
     let mutation = strength.amount;
     let live = Live::of(draft);
     let mut stream = Stream::new(key, Operator::MutateInstructions);
@@ -136,8 +147,7 @@ fn program(draft: &mut Draft, strength: Strength, key: BirthKey, force: bool, lo
         }
     }
     // At small amounts, small changes are expected: the forced change is then a constant.
-    let force_instruction =
-        force && !changed && stream.chance(strength.forced_instruction());
+    let force_instruction = force && !changed && stream.chance(strength.forced_instruction());
     if force_instruction && mutation > 0.0 {
         changed = mutate_one(draft, &live, locked, &mut stream);
     }

@@ -28,23 +28,36 @@ pub(super) enum Part {
     Layers,
 }
 
-/// Share of mutations of constants and of values of models that redraw, at amount 1.
+/// Share of mutations of constants that redraw, at amount 1; in searches at any amount.
 const REDRAW: f32 = 0.1;
-/// Probability that a constant or a value of a model mutates at amount 1.
+/// Probability that a constant or a value of a model mutates: at amount 1 in searches, else at
+/// amount 0.
 const VALUE_RATE: f32 = 0.5;
+/// Probability that the kind of a model mutates at amount 1.
+const KIND_RATE: f32 = 0.9;
+/// The same in searches.
+const SEARCH_KIND_RATE: f32 = 0.15;
 
 /// Knots of [`AMOUNTS`].
 const KNOBS: [f32; 13] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 
 /// Amounts of the operators at [`KNOBS`], for programs, believable programs and layers; linear in
-/// between. `brood bench amount` measures them.
-const AMOUNTS: [[f32; KNOBS.len()]; 3] = [KNOBS, KNOBS, KNOBS];
+/// between. The mean FLIP between children and parents is then that at 1 times knob^0.75.
+const AMOUNTS: [[f32; KNOBS.len()]; 3] = [
+    [0.0, 0.023, 0.053, 0.089, 0.142, 0.188, 0.233, 0.281, 0.343, 0.419, 0.539, 0.705, 1.0],
+    [0.0, 0.016, 0.039, 0.081, 0.162, 0.246, 0.34, 0.431, 0.53, 0.633, 0.743, 0.863, 1.0],
+    [0.0, 0.018, 0.047, 0.096, 0.195, 0.298, 0.387, 0.48, 0.568, 0.654, 0.745, 0.849, 1.0],
+];
 
 /// Strength with which a part of a genome mutates.
+///
+/// Steps, not rates, make small amounts small, so that the difference is smooth. Large amounts draw
+/// most of a model anew, because steps alone keep it recognisable.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Strength {
     /// Amount of the operators, 0 to 1.
     pub(super) amount: f32,
+    part: Part,
     is_search: bool,
 }
 
@@ -54,18 +67,34 @@ impl Strength {
             MutationScale::Visible => calibrated(mutation, part),
             MutationScale::Operators | MutationScale::Search => mutation,
         };
-        Self { amount, is_search: scale == MutationScale::Search }
+        Self { amount, part, is_search: scale == MutationScale::Search }
     }
 
-    /// Probability that a constant that is read, or a value of a model, mutates. Steps, not rates,
-    /// make small amounts small, so that the difference is smooth.
+    /// Probability that a constant that is read, or a value of a model, mutates.
     pub(super) fn value_rate(self) -> f32 {
-        if self.is_search { VALUE_RATE * self.amount } else { VALUE_RATE }
+        match self.part {
+            _ if self.is_search => VALUE_RATE * self.amount,
+            Part::Program | Part::Believable => VALUE_RATE,
+            Part::Layers => VALUE_RATE + (1.0 - VALUE_RATE) * self.cube(),
+        }
     }
 
     /// Share of mutations of values that redraw instead of perturbing.
     pub(super) fn redraw(self) -> f32 {
-        if self.is_search { REDRAW } else { REDRAW * self.amount }
+        match self.part {
+            _ if self.is_search => REDRAW,
+            Part::Program | Part::Believable => REDRAW * self.amount,
+            Part::Layers => self.cube(),
+        }
+    }
+
+    /// Probability that the kind of a model mutates.
+    pub(super) fn kind_rate(self) -> f32 {
+        if self.is_search {
+            SEARCH_KIND_RATE * self.amount * self.amount
+        } else {
+            KIND_RATE * self.cube()
+        }
     }
 
     /// Probability that an instruction mutates if none has by chance.
@@ -76,6 +105,10 @@ impl Strength {
     /// True if a forced change may be a choice of a model.
     pub(super) fn forces_choices(self) -> bool {
         self.is_search
+    }
+
+    fn cube(self) -> f32 {
+        self.amount * self.amount * self.amount
     }
 }
 
@@ -96,7 +129,8 @@ mod tests {
     fn amounts_grow_with_the_knob_from_nothing_to_all() {
         for part in [Part::Program, Part::Believable, Part::Layers] {
             assert_eq!((calibrated(0.0, part), calibrated(1.0, part)), (0.0, 1.0));
-            let amounts: Vec<f32> = (0..=1000).map(|at| calibrated(at as f32 / 1000.0, part)).collect();
+            let amounts: Vec<f32> =
+                (0..=1000).map(|at| calibrated(at as f32 / 1000.0, part)).collect();
             assert!(amounts.windows(2).all(|pair| pair[0] < pair[1]), "{part:?}");
             assert!(calibrated(f32::MIN_POSITIVE, part) > 0.0);
         }
