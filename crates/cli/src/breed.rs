@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_bench::{genome_file, logging, output};
+use brood_bench::{genome_file, logging, output, steer_word};
 use brood_eval::{
     Developed, SheetCell, centre_px, diverse_brood, express, express_brood, steered_brood,
 };
@@ -49,7 +49,7 @@ pub struct BreedArgs {
     pub curation: CurationWord,
     /// Properties that children keep or change, compared with the first parent, comma-separated:
     /// keep-colour, only-gloss, warmer or cooler, rougher or glossier, more-pattern or less-pattern
-    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer)]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer_word)]
     pub steer: Vec<Steer>,
     /// Colour of the children, 0 grey to 1 as evolved; by default that of the first parent
     #[arg(long, value_name = "X", value_parser = amount)]
@@ -136,11 +136,6 @@ pub fn on_off(text: &str) -> Result<bool, String> {
         "off" => Ok(false),
         _ => Err("must be on or off".to_owned()),
     }
-}
-
-fn steer(text: &str) -> Result<Steer, String> {
-    let known = || Steer::ALL.map(Steer::name).join(", ");
-    Steer::from_name(text.trim()).ok_or_else(|| format!("must be one of {}", known()))
 }
 
 fn amount(text: &str) -> Result<f32, String> {
