@@ -19,6 +19,8 @@
  *
  * @typedef {api.Start} Start
  *
+ * @typedef {api.Steer} Steer
+ *
  * @typedef {"r"|"g"|"b"} Channel
  *
  * @typedef {{layer: number, name: string}} ParameterLock
@@ -111,8 +113,8 @@
  * @typedef {{of: Individual, text: string}} Draft
  *   An edited genome that is not stored; `of`: the individual that was edited.
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"locks"|"object"|
- *   "light"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|"compare"|"comparison"|"inspector"|"activeTarget"|
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"steer"|"locks"|
+ *   "object"|"light"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|"compare"|"comparison"|"inspector"|"activeTarget"|
  *   "searches"|"target"|"search"|"job"|"found"} Place
  *   Place on the page where a problem is shown.
  *
@@ -126,7 +128,7 @@
  *   `received`, `whole`: bytes; null while the size is unknown.
  *
  * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean,
- *   saturation: number, energy_limit: boolean}} Knobs
+ *   saturation: number, energy_limit: boolean, steer: Steer[]}} Knobs
  *
  * @typedef {{past: string[], future: string[]}} Trail
  *   Generations visited before the one shown, and those that undo has left; nearest last.

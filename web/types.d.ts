@@ -56,7 +56,8 @@ export interface components {
             locks?: Record<string, never> | null;
             /**
              * Format: float
-             * @description Mutation amount, 0 to 1. Default: 0.3.
+             * @description Visible amount of mutation: mean difference of children from their parent, from just
+             *     noticeable at 0.02 to unrelated at 1. Default: 0.3.
              */
             mutation?: number;
             /**
@@ -76,6 +77,12 @@ export interface components {
              */
             saturation?: number | null;
             seed?: components["schemas"]["Seed"] | null;
+            /**
+             * @description Properties that the children keep or change, compared with the first parent. More draws are
+             *     made for each child, and the first that follows all of them is taken. Needs a parent and a
+             *     `curation` other than `off`.
+             */
+            steer?: components["schemas"]["Steer"][];
         };
         /** @description Budget of a search. */
         Budget: {
@@ -422,6 +429,8 @@ export interface components {
             saturation?: number | null;
             /** @description Seed of the brood. */
             seed: components["schemas"]["Seed"];
+            /** @description Properties that the children kept or changed. */
+            steer?: components["schemas"]["Steer"][];
         };
         /** @description One child. */
         FileIndividual: {
@@ -586,7 +595,7 @@ export interface components {
             locks?: Record<string, never> | null;
             /**
              * Format: float
-             * @description Mutation amount, 0 to 1.
+             * @description Visible amount of mutation, 0 to 1.
              */
             mutation: number;
             /** @description Parents, as requested. */
@@ -603,6 +612,8 @@ export interface components {
             saturation?: number | null;
             /** @description Seed that was used. The same request with this seed gives the same children. */
             seed: components["schemas"]["Seed"];
+            /** @description Properties that the children keep or change, compared with the first parent. */
+            steer?: components["schemas"]["Steer"][];
         };
         /**
          * Format: uuid
@@ -1695,6 +1706,11 @@ export interface components {
          * @enum {string}
          */
         Start: "believable" | "models" | "wild";
+        /**
+         * @description Property that children keep or change, compared with the first parent.
+         * @enum {string}
+         */
+        Steer: "keep-colour" | "only-gloss" | "warmer" | "cooler" | "rougher" | "glossier" | "more-pattern" | "less-pattern";
         /** @description Response of `GET /v1/system`. */
         SystemAnswer: {
             backend?: components["schemas"]["BackendReport"] | null;
@@ -2094,6 +2110,7 @@ export type Seed = components['schemas']['Seed'];
 export type SignIn = components['schemas']['SignIn'];
 export type SpherePole = components['schemas']['SpherePole'];
 export type Start = components['schemas']['Start'];
+export type Steer = components['schemas']['Steer'];
 export type SystemAnswer = components['schemas']['SystemAnswer'];
 export type Tangents = components['schemas']['Tangents'];
 export type Target = components['schemas']['Target'];

@@ -1,17 +1,24 @@
 //! `brood bench amount`: distance between pictures of parents and children, for each amount of
-//! mutation and recombination.
+//! mutation, by kind of parent, and of recombination.
 //!
 //! Children are first draws, as under `curation: off`, so that the operators are measured without
 //! redraws.
 
-use anyhow::Result;
-use brood_genome::{BirthKey, Genome, Variation};
+use anyhow::{Context, Result};
+use brood_genome::{
+    BirthKey, Dialect, Genome, MutationScale, Output, Start, Variation, believable, named_enum,
+};
+use brood_inspect::OTHER_LIGHT_DEG;
+use brood_mesh::BuiltinMesh;
 use brood_program::Program;
+use brood_protocol::Backend;
+use brood_scene::Scene;
+use brood_worker::Renderer;
 use clap::Args;
 use rayon::prelude::*;
 
 use super::flip::PictureSet;
-use super::measure::{quantile, visible_genomes};
+use super::measure::{SATURATION, is_visible, quantile, visible_genomes};
 use super::record::{CommonArgs, Finding, SeedsArgs};
 use crate::chart::{Axis, Plot, Point, ResultTable, Series, cells};
 use crate::output;
@@ -19,12 +26,15 @@ use crate::output;
 /// Options of `brood bench amount`.
 #[derive(Debug, Args)]
 pub struct BenchAmountArgs {
-    /// Number of parents, and of pairs of parents, of each seed
+    /// Number of parents of each kind, and of pairs of parents, of each seed
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     count: u32,
     /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
+    /// Take amounts as those of the operators, from which the visible amount is calibrated
+    #[arg(long)]
+    operators: bool,
     #[command(flatten)]
     seeds: SeedsArgs,
     #[command(flatten)]
@@ -32,25 +42,121 @@ pub struct BenchAmountArgs {
 }
 
 /// Amounts of mutation and of recombination.
-const AMOUNTS: [f32; 13] = [0.0, 0.025, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
+const AMOUNTS: [f32; 14] =
+    [0.0, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0];
 
 /// Name of the parent that children approach with the amount of recombination.
 const SECOND_PARENT: &str = "the second parent";
 
+named_enum! {
+    /// Kind of parents.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub enum Kind {
+        /// Random programs.
+        Wild => "wild",
+        /// Programs like measured materials.
+        Believable => "believable",
+        /// Single models.
+        Models => "models",
+        /// Three models in layers.
+        Layers => "layers",
+        /// Random programs with a model as a layer.
+        Layered => "program and layer",
+    }
+}
+
+/// Mean FLIP and Delta E_ITP over the object between two pictures, under two lights.
+#[derive(Debug, Clone, Copy, Default)]
+struct Distance {
+    flip: f64,
+    itp: f64,
+}
+
 /// Distances of the children from one parent, for each amount.
 struct Effect {
+    kind: Kind,
     name: &'static str,
     /// Parent that the distances are measured from.
     from: &'static str,
     /// By amount, then by child.
-    distances: Vec<Vec<f64>>,
+    distances: Vec<Vec<Distance>>,
+    /// Mean distance of two parents of the kind.
+    unrelated: Distance,
+}
+
+/// Distances of one parent, or pair of parents.
+struct Measured {
+    /// By amount, for each effect.
+    effects: Vec<Vec<Distance>>,
+    /// Distance of parent and mate.
+    unrelated: Distance,
 }
 
 impl Effect {
-    fn means(&self) -> Vec<f64> {
-        let mean = |values: &Vec<f64>| values.iter().sum::<f64>() / values.len() as f64;
-        self.distances.iter().map(mean).collect()
+    fn means(&self) -> Vec<Distance> {
+        self.distances.iter().map(|values| mean(values)).collect()
     }
+}
+
+fn mean(values: &[Distance]) -> Distance {
+    let mean = |part: fn(&Distance) -> f64| {
+        values.iter().map(part).sum::<f64>() / values.len().max(1) as f64
+    };
+    Distance { flip: mean(|one| one.flip), itp: mean(|one| one.itp) }
+}
+
+impl Kind {
+    fn start(self) -> Start {
+        match self {
+            Self::Wild | Self::Layered => Start::Wild,
+            Self::Believable => Start::Believable,
+            Self::Models | Self::Layers => Start::Models,
+        }
+    }
+
+    /// Parents, without black ones.
+    fn parents(self, seed: u64, count: usize) -> Result<Vec<Genome>> {
+        let output = Some(Output::saturation(SATURATION)?);
+        let models = || {
+            let random = Variation::random(Start::Models.dialect()).with_output(output);
+            (0..).map(move |slot| random.birth(BirthKey { seed, slot, attempt: 0 }))
+        };
+        match self {
+            Self::Wild => Ok(visible_genomes(seed)?.take(count).collect()),
+            Self::Believable => {
+                let random = Variation::random(believable::dialect()).with_start(self.start());
+                let births = (0..).map(|slot| random.birth(BirthKey { seed, slot, attempt: 0 }));
+                Ok(births.filter(is_visible).take(count).collect())
+            }
+            Self::Models => Ok(models().filter(is_visible).take(count).collect()),
+            Self::Layers => {
+                let mut visible = models().filter(is_visible);
+                let mut layered = Vec::with_capacity(count);
+                for _ in 0..count {
+                    let layers = visible.by_ref().take(3).map(|one| one.layers()[0].clone());
+                    layered.push(with_layers(None, layers.collect())?);
+                }
+                Ok(layered)
+            }
+            Self::Layered => {
+                let layers = models().filter(is_visible).map(|one| vec![one.layers()[0].clone()]);
+                let pairs = visible_genomes(seed)?.zip(layers).take(count);
+                pairs.map(|(program, layers)| with_layers(Some(&program), layers)).collect()
+            }
+        }
+    }
+}
+
+/// Genome of a program, if one is given, and layers.
+fn with_layers(program: Option<&Genome>, layers: Vec<brood_genome::Model>) -> Result<Genome> {
+    let Some(program) = program else {
+        return Genome::of_models(layers).context("put models into layers");
+    };
+    let (dialect, output): (Dialect, Output) = (*program.dialect(), *program.output());
+    let instructions = program.instructions().to_vec();
+    let constants = Box::new(*program.constants());
+    Genome::layered(dialect, instructions, constants, output, layers)
+        .context("put a model onto a program")
 }
 
 /// Runs the command.
@@ -62,37 +168,45 @@ pub fn run(args: &BenchAmountArgs, json: bool) -> Result<()> {
 }
 
 fn of_seed(args: &BenchAmountArgs, seed: u64) -> Result<Finding> {
-    // One extra, so that a single parent has a mate.
-    let parents: Vec<Genome> = visible_genomes(seed)?.take(args.count as usize + 1).collect();
-    let bar = output::bar(u64::from(args.count), "breeding and comparing");
-    let measured: Vec<[Vec<f64>; 3]> = (0..args.count as usize)
-        .into_par_iter()
-        .map(|number| {
-            let mate = &parents[(number + 1) % parents.len()];
-            let found = distances(args, [&parents[number], mate], seed, number as u32);
-            bar.inc(1);
-            found
-        })
-        .collect::<Result<_>>()?;
+    let bar = output::bar(Kind::ALL.len() as u64 * u64::from(args.count), "breeding and comparing");
+    let mut effects = Vec::new();
+    for kind in Kind::ALL {
+        // One extra, so that a single parent has a mate.
+        let parents = kind.parents(seed, args.count as usize + 1)?;
+        let measured: Vec<Measured> = (0..args.count as usize)
+            .into_par_iter()
+            .map(|number| {
+                let mate = &parents[(number + 1) % parents.len()];
+                let key = BirthKey { seed, slot: number as u32, attempt: 1 };
+                let found = distances(args, kind, [&parents[number], mate], key);
+                bar.inc(1);
+                found
+            })
+            .collect::<Result<_>>()?;
+        let unrelated: Vec<Distance> = measured.iter().map(|one| one.unrelated).collect();
+        let names = [
+            ("mutation", "the parent"),
+            ("recombination", "the first parent"),
+            ("recombination", SECOND_PARENT),
+        ];
+        for (index, (name, from)) in names.into_iter().enumerate().take(kind.effects()) {
+            let of_amount = |amount: usize| {
+                measured.iter().map(|one| one.effects[index][amount]).collect::<Vec<_>>()
+            };
+            let distances = (0..AMOUNTS.len()).map(of_amount).collect();
+            effects.push(Effect { kind, name, from, distances, unrelated: mean(&unrelated) });
+        }
+    }
     bar.finish_and_clear();
-    let effect = |kind: usize, name, from| Effect {
-        name,
-        from,
-        distances: (0..AMOUNTS.len())
-            .map(|amount| measured.iter().map(|of| of[kind][amount]).collect())
-            .collect(),
-    };
-    let effects = [
-        effect(0, "mutation", "the parent"),
-        effect(1, "recombination", "the first parent"),
-        effect(2, "recombination", SECOND_PARENT),
-    ];
+    let amounts = if args.operators { "amounts of the operators" } else { "visible amounts" };
     Ok(Finding {
         name: "amount",
         note: format!(
-            "{} random parents, none black; one child of each at each amount, without redraws; mean FLIP over the object at {} \
-             pixels with automatic exposure, from 0 (same) to 1. A larger amount should increase the \
-             mean from the parent and from the first parent, and decrease that from the second; `against` is 1 where it does not",
+            "{} random parents of each kind, none black; one child of each at each amount, without redraws; {amounts} of \
+             mutation; mean FLIP (0 same, 1 opposite) and Delta E_ITP (1 just visible) over the object at {} pixels with \
+             automatic exposure, mean of the default light and one {OTHER_LIGHT_DEG} degrees on; `unrelated` is the mean FLIP \
+             between two parents. A larger amount should increase the mean from the parent and from the first parent, and \
+             decrease that from the second; `against` is 1 where it does not",
             args.count, args.size,
         ),
         table: table(&effects),
@@ -101,27 +215,52 @@ fn of_seed(args: &BenchAmountArgs, seed: u64) -> Result<Finding> {
     })
 }
 
+impl Kind {
+    /// Number of measured effects: recombination is measured for random programs.
+    fn effects(self) -> usize {
+        if self == Self::Wild { 3 } else { 1 }
+    }
+}
+
 /// Distances of each mutant from its parent, and of each child of two from its first and second
 /// parent, by amount.
 fn distances(
     args: &BenchAmountArgs,
+    kind: Kind,
     [parent, mate]: [&Genome; 2],
-    seed: u64,
-    slot: u32,
-) -> Result<[Vec<f64>; 3]> {
-    let key = BirthKey { seed, slot, attempt: 1 };
-    let mutant = |amount: &f32| Variation::mutate(parent, *amount).birth(key);
-    let child = |amount: &f32| Variation::crossover(parent, mate, *amount, 0.0).birth(key);
-    let genomes = [parent.clone(), mate.clone()];
-    let genomes =
-        genomes.into_iter().chain(AMOUNTS.iter().map(mutant)).chain(AMOUNTS.iter().map(child));
-    let programs: Vec<Program> = genomes.map(|genome| Program::lower(&genome)).collect();
-    let pictures = PictureSet::of(&programs.iter().collect::<Vec<_>>(), args.size)?;
-    let count = AMOUNTS.len();
-    let from = |origin: usize, first: usize| -> Vec<f64> {
-        (first..first + count).map(|one| pictures.flip(origin, one)).collect()
+    key: BirthKey,
+) -> Result<Measured> {
+    let scale = if args.operators { MutationScale::Operators } else { MutationScale::Visible };
+    let mutant = |amount: &f32| {
+        Variation::mutate(parent, *amount).with_start(kind.start()).with_scale(scale).birth(key)
     };
-    Ok([from(0, 2), from(0, 2 + count), from(1, 2 + count)])
+    let child = |amount: &f32| Variation::crossover(parent, mate, *amount, 0.0).birth(key);
+    let mut genomes = vec![parent.clone(), mate.clone()];
+    genomes.extend(AMOUNTS.iter().map(mutant));
+    if kind.effects() > 1 {
+        genomes.extend(AMOUNTS.iter().map(child));
+    }
+    let programs: Vec<Program> = genomes.iter().map(Program::lower).collect();
+    let programs: Vec<&Program> = programs.iter().collect();
+    let renderer = Renderer::new(Backend::Cpu);
+    let default = Scene::default();
+    let other = default.with_light_deg(default.light_deg + OTHER_LIGHT_DEG);
+    let mut lights = Vec::new();
+    for scene in [&default, &other] {
+        lights.push(PictureSet::on(&renderer, (scene, BuiltinMesh::Sphere), &programs, args.size)?);
+    }
+    let between = |one: usize, other: usize| {
+        let of =
+            |set: &PictureSet| Distance { flip: set.flip(one, other), itp: set.itp(one, other) };
+        mean(&lights.iter().map(of).collect::<Vec<_>>())
+    };
+    let count = AMOUNTS.len();
+    let origins = [(0, 2), (0, 2 + count), (1, 2 + count)];
+    let from = |(origin, first): (usize, usize)| -> Vec<Distance> {
+        (first..first + count).map(|one| between(origin, one)).collect()
+    };
+    let effects = origins.into_iter().take(kind.effects()).map(from).collect();
+    Ok(Measured { effects, unrelated: between(0, 1) })
 }
 
 fn table(effects: &[Effect]) -> ResultTable {
@@ -129,18 +268,26 @@ fn table(effects: &[Effect]) -> ResultTable {
     for effect in effects {
         let means = effect.means();
         for (index, (amount, distances)) in AMOUNTS.iter().zip(&effect.distances).enumerate() {
-            let share = |share| quantile(distances, share);
+            let share = |share| quantile(distances.iter().map(|one| one.flip), share);
             let (before, mean) = (means[index.saturating_sub(1)], means[index]);
-            let against = if effect.from == SECOND_PARENT { mean > before } else { mean < before };
+            let is_against = if effect.from == SECOND_PARENT {
+                mean.flip > before.flip
+            } else {
+                mean.flip < before.flip || mean.itp < before.itp
+            };
             table.push(cells! {
+                kind: effect.kind.name(),
                 knob: effect.name,
                 value: f64::from(*amount),
                 from: effect.from,
-                mean: mean,
-                against: u32::from(against),
+                mean: mean.flip,
+                against: u32::from(is_against),
                 p10: share(0.1),
                 median: share(0.5),
                 p90: share(0.9),
+                itp: mean.itp,
+                unrelated: effect.unrelated.flip,
+                unrelated_itp: effect.unrelated.itp,
             });
         }
     }
@@ -149,9 +296,17 @@ fn table(effects: &[Effect]) -> ResultTable {
 
 fn chart(effects: &[Effect], args: &BenchAmountArgs) -> Plot {
     let series = |effect: &Effect| {
-        let point = |(amount, y): (&f32, f64)| Point { x: (*amount).into(), y, ..Point::default() };
+        let point = |(amount, y): (&f32, Distance)| Point {
+            x: (*amount).into(),
+            y: y.flip,
+            ..Point::default()
+        };
         let points = AMOUNTS.iter().zip(effect.means()).map(point);
-        Series::dotted(&format!("{}, from {}", effect.name, effect.from), points)
+        let name = match effect.name {
+            "mutation" => format!("mutation, {}", effect.kind.name()),
+            name => format!("{name}, from {}", effect.from),
+        };
+        Series::dotted(&name, points)
     };
     Plot {
         title: "Change of pictures by amount".to_owned(),

@@ -7,8 +7,8 @@
 use std::time::Instant;
 
 use anyhow::Result;
-use brood_eval::{Preview, diverse_brood};
-use brood_genome::{Genome, Variation};
+use brood_eval::{Appearance, Preview, diverse_brood, steered_brood};
+use brood_genome::{Genome, Steer, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::Curation;
 use clap::Args;
@@ -28,6 +28,9 @@ pub struct BenchBroodArgs {
     /// Amount of mutation, 0 to 1
     #[arg(long, value_name = "X", default_value_t = 0.3)]
     mutation: f32,
+    /// Words of a steer, comma-separated: also measures broods that follow them
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer_word)]
+    steer: Vec<Steer>,
     /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
@@ -44,7 +47,10 @@ const VISIBLE: f64 = 0.05;
 /// Results of all broods under one kind of curation.
 #[derive(Debug, Serialize)]
 struct Figures {
-    curation: Curation,
+    /// Curation, or `steered`.
+    curation: &'static str,
+    /// Share of the children that follow the steer; 1 without one.
+    followed: f64,
     /// Share of the pictures that are useful.
     useful: f64,
     /// Share of the broods with at least 19 useful pictures.
@@ -62,17 +68,22 @@ struct Figures {
 pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let parents = parents(args)?;
-    let bar = output::bar(3 * u64::from(args.count), "breeding and comparing");
+    let mut rules = [Curation::Off, Curation::Distinct, Curation::Diverse].map(Some).to_vec();
+    if !args.steer.is_empty() {
+        rules.push(None);
+    }
+    let bar = output::bar(rules.len() as u64 * u64::from(args.count), "breeding and comparing");
     let mut all = Vec::new();
-    for curation in [Curation::Off, Curation::Distinct, Curation::Diverse] {
-        let mut useful = Vec::new();
+    for curation in rules {
+        let (mut useful, mut followed) = (Vec::new(), 0);
         let (mut black, mut draws, mut times) = (0, 0, Vec::new());
         for (number, parent) in (0..).zip(&parents) {
             let request = request(args, parent, number);
             let started = Instant::now();
-            let brood = breed(&request, curation);
+            let brood = breed(&request, curation, &args.steer);
             times.push(started.elapsed().as_secs_f64() * 1e3);
             draws += brood.iter().map(|child| child.attempts).sum::<u32>();
+            followed += following(parent, &brood, &args.steer);
             let (seen, dark) = judged(args.size, parent, &brood)?;
             useful.push(seen);
             black += dark;
@@ -80,7 +91,8 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
         }
         let broods = f64::from(args.count);
         all.push(Figures {
-            curation,
+            curation: curation.map_or("steered", Curation::name),
+            followed: followed as f64 / broods / f64::from(CHILDREN),
             useful: useful.iter().sum::<usize>() as f64 / broods / f64::from(CHILDREN),
             broods_with_19: useful.iter().filter(|count| **count >= 19).count() as f64 / broods,
             black,
@@ -96,19 +108,20 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
     let mut text = format!(
         "{} broods of {CHILDREN}, mutation {}; a frame is useful if it is not black and its mean FLIP over the object \
          from the parent and every sibling is over {VISIBLE}\ncuration  useful frames  broods with 19 or more  black frames  \
-         draws / brood  births ms median    p99\n",
+         draws / brood  births ms median    p99  follow the steer\n",
         args.count, args.mutation
     );
     for f in &all {
         text += &format!(
-            "{:<8}  {:>11.1} %  {:>21.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}\n",
-            format!("{:?}", f.curation).to_lowercase(),
+            "{:<8}  {:>11.1} %  {:>21.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}  {:>14.1} %\n",
+            f.curation,
             100.0 * f.useful,
             100.0 * f.broods_with_19,
             f.black,
             f.draws,
             f.median_ms,
-            f.p99_ms
+            f.p99_ms,
+            100.0 * f.followed
         );
     }
     output::print(&text)
@@ -119,12 +132,36 @@ fn request<'a>(args: &BenchBroodArgs, parent: &'a Genome, number: u64) -> BroodR
     BroodRequest { variation, count: CHILDREN, seed: args.seed + number, distinct: true }
 }
 
-fn breed(request: &BroodRequest<'_>, curation: Curation) -> Vec<Child> {
+/// Breeds under a curation, or steered and diverse if it is `None`.
+fn breed(request: &BroodRequest<'_>, curation: Option<Curation>, steer: &[Steer]) -> Vec<Child> {
     match curation {
-        Curation::Off => make_brood(&BroodRequest { distinct: false, ..*request }),
-        Curation::Distinct => make_brood(request),
-        Curation::Diverse => diverse_brood(request),
+        Some(Curation::Off) => make_brood(&BroodRequest { distinct: false, ..*request }),
+        Some(Curation::Distinct) => make_brood(request),
+        Some(Curation::Diverse) => diverse_brood(request),
+        None => {
+            let variation = request.variation.with_steer(steer);
+            steered_brood(&BroodRequest { variation, ..*request }, steer, true)
+        }
     }
+}
+
+/// Number of children that follow all words.
+fn following(parent: &Genome, brood: &[Child], steer: &[Steer]) -> usize {
+    let parent = Appearance::of(&Program::lower(parent));
+    let follows = |child: &&Child| {
+        let own = Appearance::of(&child.program);
+        steer.iter().all(|word| own.follows(*word, &parent) >= 1.0)
+    };
+    brood.iter().filter(follows).count()
+}
+
+/// Parses a word of a steer.
+///
+/// # Errors
+/// A list of the known words.
+pub fn steer_word(text: &str) -> Result<Steer, String> {
+    let known = || Steer::ALL.map(Steer::name).join(", ");
+    Steer::from_name(text.trim()).ok_or_else(|| format!("must be one of {}", known()))
 }
 
 /// Chain of parents, none of them black, as a person would choose them.

@@ -1,13 +1,16 @@
-//! Visible difference between pictures of one object: mean FLIP over the object.
+//! Visible difference between pictures of one object: mean FLIP and Delta E_ITP over the object.
 
 use anyhow::Result;
-use brood_eval::Developed;
+use brood_eval::{Developed, decode_srgb};
+use brood_inspect::LinearImage;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
 use brood_scene::{Sampling, Scene};
 use brood_worker::Renderer;
 
+/// Luminance of a display's white in cd/m2, for Delta E_ITP.
+const WHITE: f64 = 100.0;
 /// Codes of channels below this count as black, as in previews.
 const BLACK: u8 = 20;
 
@@ -81,6 +84,17 @@ impl PictureSet {
     pub fn flip(&self, one: usize, other: usize) -> f64 {
         let size = (self.size_px, self.size_px);
         brood_inspect::flip(size, &self.images[one], &self.images[other]) / self.covered
+    }
+
+    /// Mean Delta E_ITP over the object between two pictures on a display.
+    pub fn itp(&self, one: usize, other: usize) -> f64 {
+        self.linear(one).itp(&self.linear(other), WHITE) / self.covered
+    }
+
+    fn linear(&self, picture: usize) -> LinearImage {
+        let linear = |rgb: &[u8; 3]| rgb.map(|code| decode_srgb(f64::from(code) / 255.0));
+        let pixels = self.images[picture].as_chunks::<3>().0;
+        LinearImage::new(self.size_px, self.size_px, pixels.iter().map(linear).collect())
     }
 }
 

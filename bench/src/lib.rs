@@ -49,6 +49,7 @@ mod stress;
 mod target;
 
 use anyhow::Result;
+pub use brood::steer_word;
 use clap::Subcommand;
 
 /// Subcommands of `brood bench`.

@@ -10,8 +10,8 @@ use brood_program::Program;
 use brood_scene::SampleSet;
 use rayon::ThreadPool;
 
-/// Saturation of [`visible_genomes`]; the page's default.
-const SATURATION: f32 = 0.65;
+/// Saturation of random programs and models on the page.
+pub const SATURATION: f32 = 0.65;
 
 /// Random genomes of the default dialect, drawn like a brood without parents.
 pub fn genomes(seed: u64, count: u32) -> Vec<Genome> {

@@ -7,7 +7,7 @@ mod record;
 
 use std::sync::Arc;
 
-use brood_eval::{diverse_brood, express_brood};
+use brood_eval::{diverse_brood, express_brood, steered_brood};
 use brood_genome::{Dialect, Genome, Start, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
 use brood_protocol::{
@@ -104,7 +104,10 @@ impl BreedInputs {
             seed: self.seed.0,
             distinct: self.options.curation != Curation::Off,
         };
+        let steer = &self.options.steer;
+        let is_diverse = self.options.curation == Curation::Diverse;
         let children = match self.options.curation {
+            _ if !steer.is_empty() => steered_brood(&request, steer, is_diverse),
             Curation::Diverse => diverse_brood(&request),
             Curation::Off | Curation::Distinct => {
                 let slots = (0..self.count).into_par_iter();
@@ -197,6 +200,10 @@ impl Breeding {
             }
             (Some(_), None) => {}
         }
+        let genomes: Vec<&Genome> = parents.iter().map(|parent| &parent.material.genome).collect();
+        options.check_steer(&genomes).map_err(|error| {
+            ApiError::refused(error.to_string()).at(format!("/{}", error.field()))
+        })?;
         let inputs = BreedInputs {
             parents: parents.iter().map(|parent| parent.material.clone()).collect(),
             start: lineage.start,

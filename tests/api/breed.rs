@@ -187,3 +187,60 @@ async fn family(lineage: &TestLineage<'_>, seeds: [u64; 4]) -> Vec<Vec<String>> 
     let fourth = lineage.breed(body).await;
     [first, second, third, fourth].iter().map(hashes).collect()
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn steered_brood_is_repeatable_and_its_words_are_stored_and_exported() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let parent = ids(&lineage.random(1).await)[0].clone();
+    let body = |steer: Value| json!({"parents": [parent], "count": 6, "seed": 4, "curation": "diverse", "steer": steer});
+    let steered = lineage.breed(body(json!(["warmer", "glossier"]))).await;
+    assert_eq!(steered["steer"], json!(["warmer", "glossier"]));
+    assert_eq!(hashes(&lineage.breed(body(json!(["warmer", "glossier"]))).await), hashes(&steered));
+    let plain = lineage.breed(body(json!([]))).await;
+    assert_eq!(plain.get("steer"), None);
+    assert_ne!(hashes(&plain), hashes(&steered));
+    let path = format!("/v1/generations/{}", steered["id"].as_str().unwrap());
+    assert_eq!(server.get(&path).await.expect(200).json()["steer"], steered["steer"]);
+
+    let file = server.get(&lineage.path("/file")).await.expect(200).json();
+    assert_eq!(file["generations"][1]["steer"], steered["steer"]);
+    let imported = server.post("/v1/lineages/import", &file).await.expect(201).json();
+    let path = format!("/v1/lineages/{}/generations", imported["id"].as_str().unwrap());
+    let listed = server.get(&path).await.expect(200).json();
+    assert_eq!(listed["items"][1]["steer"], steered["steer"]);
+    assert_eq!(listed["items"][3].get("steer"), None);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn steer_is_refused_when_its_words_or_the_brood_do_not_allow_it() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let parent = ids(&lineage.random(1).await)[0].clone();
+    let parents = json!([parent]);
+    let homogeneous = json!({"homogeneous": true});
+    let cases = [
+        (json!({"parents": parents, "steer": ["warmer", "cooler"]}), "/steer", "contradicts"),
+        (json!({"parents": parents, "steer": ["rougher", "rougher"]}), "/steer", "twice"),
+        (json!({"steer": ["warmer"]}), "/steer", "needs a parent"),
+        (
+            json!({"parents": parents, "steer": ["warmer"], "curation": "off"}),
+            "/curation",
+            "`distinct` or `diverse`",
+        ),
+        (
+            json!({"parents": parents, "steer": ["more-pattern"], "constraints": homogeneous}),
+            "/steer",
+            "homogeneous",
+        ),
+    ];
+    for (body, pointer, words) in cases {
+        let answer = server.post(&lineage.path("/generations"), &body).await;
+        let problem = answer.problem(422);
+        assert_eq!(problem["pointer"], pointer, "{body}: {problem}");
+        assert!(problem["detail"].as_str().unwrap().contains(words), "{body}: {problem}");
+    }
+    let body = json!({"parents": parents, "steer": ["purple"]});
+    let answer = server.post(&lineage.path("/generations"), &body).await;
+    assert_eq!(answer.problem(422)["pointer"], "/steer/0");
+}

@@ -22,6 +22,7 @@ import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
+import { steer } from "./steer.mjs";
 import { target, targetByFinger } from "./target.mjs";
 import { troubled } from "./troubled.mjs";
 import { visitor } from "./visitor.mjs";
@@ -77,6 +78,8 @@ async function wide(app) {
     assert.ok(child.individuals.every(({ live_instructions: live }) => live === 18));
     await shot("1-believable-children");
   });
+
+  await steer(app, step, shot);
 
   await step("starts a lineage with presets, and one of random programs", async () => {
     for (const [start, operator] of [["presets", "adopt"], ["wild", "random"]]) {

@@ -97,6 +97,8 @@ export const breed = (lineageId, { parents, knobs, locks, count }) =>
       saturation: knobs.saturation,
       energy_limit: knobs.energy_limit,
       locks,
+      // Children are compared with a parent.
+      steer: parents.length > 0 ? knobs.steer : [],
       curation: "diverse",
       constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
     },

@@ -21,7 +21,7 @@ import { startClock } from "./pictures.js";
 import { FRAMES, centreOf, lineageStore } from "./store.js";
 
 /** Knobs and locks that a refusal may name. @type {Place[]} */
-const KNOBS = ["mutation", "recombination", "saturation", "energy_limit", "locks"];
+const KNOBS = ["mutation", "recombination", "saturation", "energy_limit", "steer", "locks"];
 
 /**
  * Place to show a refused brood: at the knob that the server names, else at the frames.

@@ -203,6 +203,7 @@ export async function open(id, wanted, begin = beginAtRandom) {
       homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,
       saturation: target?.saturation ?? of.saturation,
       energy_limit: target?.energy_limit ?? of.energy_limit,
+      steer: bred?.steer ?? [],
       ...loadSetting(`knobs.${id}`, {}),
     };
     lineageStore.locks.value = { ...noLocks(), ...loadSetting(`locks.${id}`, {}) };

@@ -70,6 +70,7 @@ class LineageStore {
     homogeneous: false,
     saturation: DEFAULT_SATURATION,
     energy_limit: false,
+    steer: [],
   });
   /** Parts of the parent that children keep. @type {Signal<Locks>} */
   locks = signal(noLocks());

@@ -62,12 +62,13 @@ export function Colour({ id, name, value, disabled, onInput, onCommit, children 
 
 /**
  * @param {{id: string, name: string, on: boolean, onInput: (on: boolean) => void, title?: string,
- *   label?: string}} props `label`: the whole name, where `name` alone says too little
+ *   label?: string, disabled?: boolean}} props `label`: the whole name, where `name` alone says too
+ *   little
  */
-export function Switch({ id, name, on, onInput, title, label }) {
+export function Switch({ id, name, on, onInput, title, label, disabled }) {
   return html`
-    <label class=${on ? "chip on" : "chip"} title=${title}>
-      <input type="checkbox" role="switch" data-testid=${id} aria-label=${label} checked=${on} onChange=${(/** @type {Event} */ event) => onInput(checkedIn(event))} />
+    <label class=${`chip ${on ? "on" : ""} ${disabled ? "disabled" : ""}`} title=${title}>
+      <input type="checkbox" role="switch" data-testid=${id} aria-label=${label} checked=${on} disabled=${disabled} onChange=${(/** @type {Event} */ event) => onInput(checkedIn(event))} />
       <span>${name}</span>
     </label>
   `;

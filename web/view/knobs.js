@@ -17,6 +17,7 @@ import { openFiles } from "./file_drop.js";
 import { html } from "./html.js";
 import { LightKnobs } from "./light.js";
 import { Locks } from "./lineage/locks.js";
+import { Steering } from "./lineage/steer.js";
 import { ProblemBox } from "./problem.js";
 import { viewStore } from "./store.js";
 import { UploadProgress } from "./upload.js";
@@ -32,8 +33,9 @@ function Breeding() {
   return html`
     <section aria-labelledby="breeding">
       <h2 id="breeding">Breeding</h2>
-      <${Slider} id="mutation" name="Mutation" title="Distance of children from their parent" value=${mutation} min=${0} max=${1} step=${0.01} shown=${mutation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("mutation", to)} />
+      <${Slider} id="mutation" name="Mutation" title="Difference of children from their parent: just visible at 0.02, unrelated at 1" value=${mutation} min=${0} max=${1} step=${0.01} shown=${mutation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("mutation", to)} />
       <${ProblemBox} place="mutation" />
+      <${Steering} />
       <${Slider} id="recombination" name="Recombination" title="Share of the mate in a cross" value=${recombination} min=${0} max=${1} step=${0.01} shown=${recombination.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("recombination", to)} />
       <${ProblemBox} place="recombination" />
       <${Slider} id="saturation" name="Saturation" title="Colourfulness of new children; 0 is grey" value=${saturation} min=${0} max=${1} step=${0.01} shown=${saturation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("saturation", to)} onCommit=${saveSaturation} />

@@ -4,9 +4,11 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_bench::{genome_file, logging, output};
-use brood_eval::{Developed, SheetCell, centre_px, diverse_brood, express, express_brood};
-use brood_genome::{DialectConstraints, Genome, Start, Variation};
+use brood_bench::{genome_file, logging, output, steer_word};
+use brood_eval::{
+    Developed, SheetCell, centre_px, diverse_brood, express, express_brood, steered_brood,
+};
+use brood_genome::{DialectConstraints, Genome, Start, Steer, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::{BreedOptions, Curation, PictureFormat, Seed};
 use brood_scene::PictureSize;
@@ -36,7 +38,7 @@ pub struct BreedArgs {
     /// Number of children
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub count: u32,
-    /// Amount of mutation, 0 to 1
+    /// Visible amount of mutation, from 0.02, just noticeable, to 1, unrelated
     #[arg(long, value_name = "X", default_value_t = 0.3, value_parser = amount)]
     pub mutation: f32,
     /// Expected share of the second parent in a child, 0 to 1
@@ -45,6 +47,10 @@ pub struct BreedArgs {
     /// Rule for redrawing children
     #[arg(long, value_name = "CURATION", default_value = "distinct")]
     pub curation: CurationWord,
+    /// Properties that children keep or change, compared with the first parent, comma-separated:
+    /// keep-colour, only-gloss, warmer or cooler, rougher or glossier, more-pattern or less-pattern
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer_word)]
+    pub steer: Vec<Steer>,
     /// Colour of the children, 0 grey to 1 as evolved; by default that of the first parent
     #[arg(long, value_name = "X", value_parser = amount)]
     pub saturation: Option<f32>,
@@ -151,7 +157,9 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     };
     let distinct = options.curation != Curation::Off;
     let request = BroodRequest { variation, count: args.count, seed, distinct };
+    let is_diverse = options.curation == Curation::Diverse;
     let children = match options.curation {
+        _ if !options.steer.is_empty() => steered_brood(&request, &options.steer, is_diverse),
         Curation::Diverse => diverse_brood(&request),
         Curation::Off | Curation::Distinct => make_brood(&request),
     };
@@ -191,6 +199,7 @@ impl BreedArgs {
             saturation: self.saturation,
             energy_limit: self.limit,
             locks: self.lock.as_ref().map(|LockWords(locks)| locks.clone()),
+            steer: self.steer.clone(),
         }
     }
 }
@@ -225,6 +234,8 @@ fn variation<'a>(
             locks.validate_for(parent)?;
         }
     }
+    let genomes: Vec<&Genome> = parents.iter().collect();
+    options.check_steer(&genomes)?;
     let given = args.dialect.map(|words| words.0);
     let start = if args.models { Some(Start::Models) } else { args.start.map(Start::from) };
     let start = start.unwrap_or_else(|| given.as_ref().map_or(Start::default(), Start::of));
@@ -236,8 +247,7 @@ fn variation<'a>(
         start.dialect(),
         start.dialect().length
     );
-    let parents: Vec<&Genome> = parents.iter().collect();
-    let variation = options.variation((start, dialect), &parents);
+    let variation = options.variation((start, dialect), &genomes);
     ensure!(
         !variation.is_deterministic(),
         "--mutation 0 and --recombination {} give only copies of these parents; raise --mutation",

@@ -102,6 +102,35 @@ fn breed_mutates_and_recombines_parents() {
 }
 
 #[test]
+fn breed_follows_a_steer_and_refuses_contradictions() {
+    let dir = tempfile::tempdir().unwrap();
+    let models = ["--seed", "1", "--count", "2", "--models"];
+    bred(dir.path(), &models);
+    let parent = path(&dir, "00.brood");
+    let children = dir.path().join("children");
+    let small = ["--seed", "2", "--count", "4", "--parent", &parent];
+    let with = |steer: &str| bred(&children, &[&small[..], &["--steer", steer]].concat());
+    let steered = with("keep-colour,rougher");
+    assert_eq!(with("keep-colour,rougher"), steered);
+    assert_ne!(bred(&children, &small), steered);
+    for (steer, words) in [
+        ("warmer,cooler", "`cooler` contradicts `warmer`"),
+        ("more-pattern", "can vary over the surface"),
+    ] {
+        let error = fail(&["breed", "--parent", &parent, "--steer", steer, "-o", "unused"]);
+        assert!(error.contains(words), "{steer}: {error}");
+    }
+    let unknown = brood(&["breed", "--parent", &parent, "--steer", "purple", "-o", "unused"]);
+    let error = String::from_utf8(unknown.stderr).unwrap();
+    assert!(error.contains("must be one of keep-colour, only-gloss"), "{error}");
+    let error = fail(&["breed", "--steer", "warmer", "-o", "unused"]);
+    assert!(error.contains("needs a parent"), "{error}");
+    let off = ["--steer", "warmer", "--curation", "off", "-o", "unused"];
+    let error = fail(&[&["breed", "--parent", &parent][..], &off].concat());
+    assert!(error.contains("`distinct` or `diverse`"), "{error}");
+}
+
+#[test]
 fn render_gives_the_same_bytes_twice_and_reads_json_and_text() {
     let dir = tempfile::tempdir().unwrap();
     bred(dir.path(), &["--seed", "3", "--count", "1"]);

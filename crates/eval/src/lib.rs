@@ -39,6 +39,7 @@ mod preview;
 mod radiance;
 mod reference;
 mod rounding;
+mod steering;
 
 pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
@@ -68,3 +69,4 @@ pub use prefiltered::{GatheredLight, is_prefilterable, lobe_tables, shade_prefil
 pub use preview::{Preview, PreviewScorer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_brdf, shade_each};
 pub use reference::ReferenceEvaluator;
+pub use steering::{Appearance, steered_brood};

@@ -82,6 +82,13 @@ impl Preview {
         // Both previews have the same samples.
         sum as f32 / (3 * self.codes.len()) as f32
     }
+
+    /// Returns the distance to the nearest of other previews, relative to `UNLIKE_CODES` and at
+    /// most 1.
+    pub(crate) fn newness<'a>(&self, others: impl Iterator<Item = &'a Self>) -> f32 {
+        let nearest = others.map(|other| self.apart(other)).fold(f32::INFINITY, f32::min);
+        (nearest / UNLIKE_CODES).min(1.0)
+    }
 }
 
 impl DrawScorer for PreviewScorer {
@@ -97,8 +104,7 @@ impl DrawScorer for PreviewScorer {
         if look.is_black() {
             return look.bright_share - BRIGHT_SHARE;
         }
-        let nearest = taken.iter().map(|other| look.apart(other)).fold(f32::INFINITY, f32::min);
-        (nearest / UNLIKE_CODES).min(1.0)
+        look.newness(taken.iter())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::parameters::Parameters;
 use super::*;
-use crate::{BirthKey, Channel, Genome, Locks, Start, Variation};
+use crate::{BirthKey, Channel, Genome, Locks, Start, Steer, Variation};
 
 fn key(slot: u32) -> BirthKey {
     BirthKey { seed: 5, slot, attempt: 0 }
@@ -149,4 +149,33 @@ fn other_programs_vary_as_ever() {
     let wild = Variation::random(Start::Wild.dialect()).birth(key(0));
     let usual = Variation::mutate(&wild, 0.3).birth(key(1));
     assert_eq!(mutant(&wild, 0.3, 1), usual);
+}
+
+#[test]
+fn steered_programs_keep_the_hue_of_each_term() {
+    let mut changed = 0;
+    for slot in 0..40 {
+        let (first, second) = (drawn(slot), drawn(slot + 1));
+        let mutate = Variation::mutate(&first, 0.5);
+        let crossover = Variation::crossover(&first, &second, 0.5, 0.5);
+        for word in [Steer::KeepColour, Steer::OnlyGloss] {
+            for variation in [mutate, crossover] {
+                let words = [word];
+                let variation = variation.with_start(Start::Believable).with_steer(&words);
+                let child = variation.birth(key(slot));
+                changed += u32::from(child != first);
+                let (old, new) = (parameters(&first), parameters(&child));
+                for term in 0..TERMS {
+                    let hue =
+                        |of: &Parameters| of.colours[term].map(|one| one - of.colours[term][0]);
+                    let apart = hue(&old).into_iter().zip(hue(&new)).map(|(a, b)| (a - b).abs());
+                    let most = apart.fold(0.0, f64::max);
+                    assert!(most < 1e-4, "slot {slot}, {word:?}, term {term}: {most}");
+                }
+                let body = |of: &Parameters| (of.weights[4..8].to_vec(), of.colours[0]);
+                assert!(word == Steer::KeepColour || body(&old) == body(&new), "slot {slot}");
+            }
+        }
+    }
+    assert!(changed > 120, "{changed} of 160");
 }

@@ -44,6 +44,7 @@ pub mod preset;
 mod random;
 mod range;
 mod start;
+mod steer;
 mod text;
 mod variation;
 
@@ -65,8 +66,9 @@ pub use output::{Output, OutputError};
 pub use random::{BirthKey, Operator, Stream, philox4x32};
 pub use range::RANGE;
 pub use start::Start;
+pub use steer::{Steer, SteerError};
 pub use text::TextError;
-pub use variation::{DialectConstraints, Variation};
+pub use variation::{DialectConstraints, MutationScale, Variation};
 
 pub use brood_brdf::{
     Input, InputMask, Model, ModelKind, Parameter, ParameterKind, ParameterScale, Parametrisation,

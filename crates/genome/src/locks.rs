@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::liveness::walk_backwards;
+use crate::steer::Kept;
 use crate::{CONSTANTS, Dialect, Genome, Instruction, Model, REGISTERS};
 
 /// A result channel of a genome, before the colour matrix.
@@ -169,6 +170,8 @@ pub(crate) struct ResolvedLocks {
     /// no channel is locked.
     needed: Vec<[u8; REGISTERS]>,
     layers: LockedLayers,
+    /// What else stays because of a steer.
+    kept: Kept,
 }
 
 /// Locks of layers resolved for the first parent.
@@ -206,6 +209,21 @@ impl LockedLayers {
         Self { values, is_closed: any_channel }
     }
 
+    /// Locks the parameters that a steer keeps, and the number of layers.
+    fn keep(&mut self, layers: &[Model], kept: Kept) {
+        self.is_closed = true;
+        self.values.resize(layers.len(), Vec::new());
+        for (locked, model) in self.values.iter_mut().zip(layers) {
+            locked.resize(model.parameter_values().len(), false);
+            let parameters = model.parameters();
+            let kept = parameters
+                .flat_map(|(parameter, values)| values.iter().map(move |_| kept.keeps(parameter)));
+            for (locked, kept) in locked.iter_mut().zip(kept) {
+                *locked |= kept;
+            }
+        }
+    }
+
     /// True if a parameter value of a layer is locked.
     pub(crate) fn locks_value(&self, layer: usize, at: usize) -> bool {
         self.values.get(layer).and_then(|locked| locked.get(at)).is_some_and(|locked| *locked)
@@ -232,6 +250,7 @@ impl ResolvedLocks {
             channels: 0,
             needed: Vec::new(),
             layers: LockedLayers::default(),
+            kept: Kept::default(),
         }
     }
 
@@ -266,6 +285,20 @@ impl ResolvedLocks {
             }
         });
         locked
+    }
+
+    /// Adds what a steer keeps.
+    pub(crate) fn steered(mut self, layers: &[Model], kept: Kept) -> Self {
+        self.kept = kept;
+        if kept.is_any() {
+            self.layers.keep(layers, kept);
+        }
+        self
+    }
+
+    /// Parts that stay because of a steer.
+    pub(crate) fn kept(&self) -> Kept {
+        self.kept
     }
 
     /// Locks of the layers.

@@ -5,13 +5,16 @@ mod layer;
 mod mutate;
 mod random;
 mod recombine;
+mod strength;
 
 use serde::{Deserialize, Serialize};
 
 use crate::believable;
 use crate::locks::ResolvedLocks;
-use crate::{BirthKey, Dialect, Genome, Locks, Output, Start};
+use crate::steer::Kept;
+use crate::{BirthKey, Dialect, Genome, Locks, Output, Start, Steer};
 use draft::Draft;
+pub use strength::MutationScale;
 
 /// Overrides of the lineage's dialect. The genomes of the children contain the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -35,6 +38,8 @@ pub struct Variation<'a> {
     limited: Option<bool>,
     locks: Option<&'a Locks>,
     start: Start,
+    scale: MutationScale,
+    steer: &'a [Steer],
 }
 
 /// Operator with its parents and amounts.
@@ -59,8 +64,8 @@ impl<'a> Variation<'a> {
     /// Makes mutants of a parent.
     ///
     /// # Domain
-    /// `mutation` in 0..=1; docs/maths/variation.md has the mutation rates of the fields of an
-    /// instruction.
+    /// `mutation` in 0..=1, a visible amount; docs/maths/variation.md has the difference that it
+    /// makes.
     ///
     /// # Panics
     /// If the amount is outside its domain.
@@ -143,6 +148,20 @@ impl<'a> Variation<'a> {
         Self { start, ..self }
     }
 
+    /// Keeps what the words keep of the first parent, as far as its genome shows what that is:
+    /// colours and highlights of models and of believable programs. Has no effect on random
+    /// children.
+    #[must_use]
+    pub fn with_steer(self, steer: &'a [Steer]) -> Self {
+        Self { steer, ..self }
+    }
+
+    /// Sets the meaning of `mutation`. By default it is a visible amount.
+    #[must_use]
+    pub fn with_scale(self, scale: MutationScale) -> Self {
+        Self { scale, ..self }
+    }
+
     /// Iterates over the parents. The first one defines the positions of the child's instructions.
     pub fn parents(&self) -> impl Iterator<Item = &'a Genome> {
         let (first, second) = match self.origin {
@@ -203,19 +222,27 @@ impl<'a> Variation<'a> {
             Origin::Random(dialect) => random::genome(dialect, key),
             Origin::Mutate { parent, mutation } => {
                 let mut draft = Draft::copy(parent);
-                let how = mutate::How { force: true, is_believable: self.is_believable() };
-                mutate::draft(&mut draft, mutation, key, how, &self.resolve_locks(parent));
+                mutate::draft(
+                    &mut draft,
+                    key,
+                    self.how(mutation, true),
+                    &self.resolve_locks(parent),
+                );
                 draft
             }
             Origin::Recombine { first, second, recombination, mutation } => {
                 let locked = self.resolve_locks(first);
-                let how = mutate::How { force: false, is_believable: self.is_believable() };
-                let amount = (recombination, how.is_believable);
+                let amount = (recombination, self.is_believable());
                 let mut draft = recombine::draft(first, second, amount, key, &locked);
-                mutate::draft(&mut draft, mutation, key, how, &locked);
+                mutate::draft(&mut draft, key, self.how(mutation, false), &locked);
                 draft
             }
         }
+    }
+
+    fn how(&self, mutation: f32, force: bool) -> mutate::How {
+        let is_believable = self.is_believable();
+        mutate::How { mutation, scale: self.scale, force, is_believable }
     }
 
     fn is_believable(&self) -> bool {
@@ -223,10 +250,11 @@ impl<'a> Variation<'a> {
     }
 
     fn resolve_locks(&self, first: &Genome) -> ResolvedLocks {
-        match self.locks {
+        let locked = match self.locks {
             Some(locks) => ResolvedLocks::of(first, locks),
             None => ResolvedLocks::none(first.instructions().len()),
-        }
+        };
+        locked.steered(first.layers(), Kept::of(self.steer))
     }
 
     /// Applies constraints, output stage and energy limit.
@@ -252,6 +280,8 @@ impl<'a> Variation<'a> {
             limited: None,
             locks: None,
             start: Start::default(),
+            scale: MutationScale::default(),
+            steer: &[],
         }
     }
 }

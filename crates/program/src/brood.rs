@@ -1,6 +1,6 @@
 //! Broods: births of children, their programs, and redraws of neutral twins.
 
-use std::collections::HashSet;
+use std::collections::{HashSet, VecDeque};
 
 use brood_genome::{BirthKey, Genome, GenomeHash, Variation, live_instructions};
 
@@ -74,8 +74,16 @@ pub trait DrawScorer {
     /// Features of a program that scores compare.
     type Features;
 
+    /// Number of redraws of a slot whose features are measured together.
+    const BATCH: u32 = 1;
+
     /// Returns the features of a program.
     fn features(&self, program: &Program) -> Self::Features;
+
+    /// Returns the features of several programs, in their order.
+    fn features_of_all(&self, programs: &[&Program]) -> Vec<Self::Features> {
+        programs.iter().map(|program| self.features(program)).collect()
+    }
 
     /// Returns the score of a draw against `taken`: the parents and the slots before it.
     ///
@@ -143,16 +151,20 @@ pub fn settle_scored<S: DrawScorer>(
     let mut children = Vec::with_capacity(first.len());
     for (slot, first) in (0..).zip(first) {
         let mut best: Option<(f32, Child, S::Features)> = None;
-        let mut next = Some(first);
+        let mut next = VecDeque::from([first]);
         for attempt in 0..=MAX_UNWANTED_REDRAWS {
             if attempt > MAX_REDRAWS && best.as_ref().is_some_and(|(score, ..)| *score >= 0.0) {
                 break;
             }
-            let (draw, features) = next.take().unwrap_or_else(|| {
-                let draw = request.draw_again(slot, attempt);
-                let features = scorer.features(&draw.program);
-                (draw, features)
-            });
+            if next.is_empty() {
+                let last = (attempt + S::BATCH).min(MAX_UNWANTED_REDRAWS + 1);
+                let draws: Vec<Draw> =
+                    (attempt..last).map(|attempt| request.draw_again(slot, attempt)).collect();
+                let programs: Vec<&Program> = draws.iter().map(|draw| &draw.program).collect();
+                let features = scorer.features_of_all(&programs);
+                next.extend(draws.into_iter().zip(features));
+            }
+            let (draw, features) = next.pop_front().expect("a batch has draws");
             let twin = seen.contains(&draw.program_hash);
             // A twin is taken only if the slot has no other draw.
             let score = if twin { f32::NEG_INFINITY } else { scorer.score(&features, &taken) };
@@ -202,7 +214,7 @@ fn settle(
 mod tests {
     use std::cell::{Cell, RefCell};
 
-    use brood_genome::Dialect;
+    use brood_genome::{Dialect, MutationScale};
 
     use super::*;
 
@@ -213,7 +225,8 @@ mod tests {
     #[test]
     fn brood_has_no_twins_when_distinct() {
         let parent = parent();
-        let variation = Variation::mutate(&parent, 0.02);
+        // Mutations by the rates of searches are often neutral.
+        let variation = Variation::mutate(&parent, 0.02).with_scale(MutationScale::Search);
         let request = BroodRequest { variation, count: 20, seed: 7, distinct: true };
         let brood = make_brood(&request);
         let mut hashes: HashSet<_> = brood.iter().map(|child| child.program_hash).collect();

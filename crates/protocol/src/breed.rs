@@ -4,7 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use brood_genome::{
-    Dialect, DialectConstraints, Genome, GenomeHash, Locks, Output, Start, Variation,
+    Dialect, DialectConstraints, Genome, GenomeHash, Locks, Output, Start, Steer, SteerError,
+    Variation,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -88,7 +89,7 @@ brood_brdf::named_enum! {
 /// would lose the JSON pointer of an error.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct BreedOptions {
-    /// Mutation amount, 0 to 1.
+    /// Visible amount of mutation, 0 to 1.
     pub mutation: f32,
     /// Expected share of the second parent's blocks, 0 to 1.
     pub recombination: f32,
@@ -106,6 +107,34 @@ pub struct BreedOptions {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,
+    /// Properties that the children keep or change, compared with the first parent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steer: Vec<Steer>,
+}
+
+/// Error of [`BreedOptions::check_steer`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum SteerRefusal {
+    /// The words do not fit together or do not fit the parents.
+    #[error(transparent)]
+    Words(#[from] SteerError),
+    /// Children are not chosen.
+    #[error(
+        "`steer` chooses among several draws of each child: set `curation` to `distinct` or \
+         `diverse`, got `off`"
+    )]
+    Curation,
+}
+
+impl SteerRefusal {
+    /// Field of [`BreedOptions`] that is to be changed.
+    #[must_use]
+    pub fn field(self) -> &'static str {
+        match self {
+            Self::Words(_) => "steer",
+            Self::Curation => "curation",
+        }
+    }
 }
 
 /// Error of an amount outside 0 to 1.
@@ -129,6 +158,7 @@ impl Default for BreedOptions {
             saturation: None,
             energy_limit: None,
             locks: None,
+            steer: Vec::new(),
         }
     }
 }
@@ -151,6 +181,18 @@ impl BreedOptions {
             Some((field, Some(amount))) => Err(AmountError { field, amount }),
             _ => Ok(()),
         }
+    }
+
+    /// Checks that the children of these parents can follow the steer.
+    ///
+    /// # Errors
+    /// [`SteerRefusal`] for the first reason why they cannot.
+    pub fn check_steer(&self, parents: &[&Genome]) -> Result<(), SteerRefusal> {
+        Steer::check(&self.steer, parents, self.constraints)?;
+        if !self.steer.is_empty() && self.curation == Curation::Off {
+            return Err(SteerRefusal::Curation);
+        }
+        Ok(())
     }
 
     /// Returns the variation of 0, 1 or 2 parents in a lineage with this start and dialect.
@@ -176,6 +218,7 @@ impl BreedOptions {
             .with_output(self.saturation.map(output))
             .with_limit(self.energy_limit)
             .with_locks(self.locks.as_ref())
+            .with_steer(&self.steer)
             .with_start(start)
     }
 }
@@ -191,7 +234,8 @@ pub struct Breed {
     /// Number of children, 1 to 256. Default: 20.
     #[serde(default = "default_count")]
     pub count: u32,
-    /// Mutation amount, 0 to 1. Default: 0.3.
+    /// Visible amount of mutation: mean difference of children from their parent, from just
+    /// noticeable at 0.02 to unrelated at 1. Default: 0.3.
     #[serde(default = "default_mutation")]
     pub mutation: f32,
     /// Expected share of the second parent's blocks, 0 to 1. Default: 0.5.
@@ -220,6 +264,11 @@ pub struct Breed {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,
+    /// Properties that the children keep or change, compared with the first parent. More draws are
+    /// made for each child, and the first that follows all of them is taken. Needs a parent and a
+    /// `curation` other than `off`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steer: Vec<Steer>,
 }
 
 /// Body of `POST /v1/lineages/{id}/adoptions`: 1 to 256 genomes and presets together.
@@ -261,6 +310,7 @@ impl From<Breed> for BreedOptions {
             saturation: breed.saturation,
             energy_limit: breed.energy_limit,
             locks: breed.locks.filter(|locks| !locks.is_empty()),
+            steer: breed.steer,
         }
     }
 }

@@ -140,6 +140,7 @@ record!(BreedOptions {
     saturation,
     energy_limit,
     locks = "locks_json",
+    steer = "steer_json",
 } and { constraints });
 record!(DialectConstraints { isotropic, homogeneous });
 
@@ -252,12 +253,13 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     let words = |locks| serde_json::to_string(locks).expect("locks are lists of numbers and words");
     let options = &new.options;
     let locks = options.locks.as_ref().map(words);
+    let steer = serde_json::to_string(&options.steer).expect("a steer is a list of words");
     sqlx::query(
         "INSERT INTO generation (id, lineage_id, position, seed_bits, centre_id, mutation,
              recombination, curation, isotropic, homogeneous, saturation, energy_limit, locks_json,
-             created_ms)
+             steer_json, created_ms)
          SELECT ?1, ?2, coalesce((SELECT max(position) + 1 FROM generation WHERE lineage_id = ?2), 0),
-             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13
+             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14
          RETURNING position",
     )
     .bind(new.id.key())
@@ -272,6 +274,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(options.saturation)
     .bind(options.energy_limit)
     .bind(locks)
+    .bind(steer)
     .bind(new.created_ms)
     .fetch_one(conn)
     .await?

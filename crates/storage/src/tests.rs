@@ -10,7 +10,7 @@ mod queue;
 mod removal;
 mod search;
 
-use brood_genome::{Dialect, GenomeHash, Locks, ModelKind, Start};
+use brood_genome::{Dialect, GenomeHash, Locks, ModelKind, Start, Steer};
 use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
     Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
@@ -117,6 +117,7 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
             saturation: Some(0.1),
             energy_limit: Some(true),
             locks: Some(Locks { constants: vec![3, 127], ..Locks::default() }),
+            steer: vec![Steer::Warmer, Steer::Rougher],
         },
         created_ms: 1_700_000_000_123,
         individuals: (0..3).map(|slot| child(slot, &format!("{name} {slot}"))).collect(),

@@ -221,6 +221,7 @@ fn present(
         saturation,
         energy_limit,
         locks,
+        steer,
     } = stored.options;
     FileGeneration {
         seed: stored.seed,
@@ -233,6 +234,7 @@ fn present(
         saturation,
         energy_limit,
         locks,
+        steer,
         created_ms: stored.created_ms,
         individuals: stored
             .individuals

@@ -8,11 +8,12 @@ import { pin } from "../../compare/ab.js";
 import { openFavourites } from "../../favourites/list.js";
 import { nameOf, setNote } from "../../lineage/breed.js";
 import { presentEdit } from "../../lineage/edit.js";
-import { visit } from "../../lineage/generations.js";
+import { isBred, visit } from "../../lineage/generations.js";
 import { inspect } from "../../lineage/inspections.js";
 import { openInspector } from "../../lineage/inspector.js";
 import { isLayered } from "../../lineage/layers.js";
 import { toggleOwnCover } from "../../lineage/listed.js";
+import { steerInWords } from "../../lineage/steer.js";
 import { lineageStore } from "../../lineage/store.js";
 import { albedoInWords, madeBy, reflectsInWords } from "../../page/format.js";
 import { guarded } from "../../page/problem.js";
@@ -102,6 +103,8 @@ function Centre() {
         <${Fact} name="made by" value=${madeBy(of)} />
         <${Fact} name="parents" value=${of.parents.length || "none"} />
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
+        ${isBred(within) && html`<${Fact} name="mutation" value=${within.mutation.toFixed(2)} title="Of the brood" />`}
+        ${steerInWords(within.steer) && html`<${Fact} name="steered" value=${steerInWords(within.steer)} title="Of the brood, compared with its parent" />`}
         <${Fact} name="brood's seed" value=${within.seed} />
       </dl>
       ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}

@@ -95,16 +95,31 @@ pub(super) fn colour(parameters: &mut Parameters, class: Class, albedo: [f64; 3]
     let half_log = |albedo: f64| 0.5 * libm::log2(albedo);
     let old = parameters.body_albedo().map(|albedo| half_log(albedo.max(1e-6)));
     let new = albedo.map(|albedo| half_log(albedo.max(LEAST_ALBEDO)));
-    let mean = |of: [f64; 3]| of.iter().sum::<f64>() / 3.0;
     let kept = match class {
         Class::Metal => mean(new) - mean(old).max(half_log(LEAST_METAL)),
         _ => 0.0,
     };
+    let shift = std::array::from_fn(|channel| new[channel] - old[channel] - kept);
+    shift_terms(parameters, class, shift);
+}
+
+/// Shifts half of log2 of the albedo of each channel. Metals keep their brightness.
+pub(super) fn shift_colour(parameters: &mut Parameters, class: Class, shift: [f64; 3]) {
+    let kept = if class == Class::Metal { mean(shift) } else { 0.0 };
+    shift_terms(parameters, class, shift.map(|channel| channel - kept));
+}
+
+fn mean(of: [f64; 3]) -> f64 {
+    of.iter().sum::<f64>() / 3.0
+}
+
+/// Shifts the colours of each term by its share.
+fn shift_terms(parameters: &mut Parameters, class: Class, shift: [f64; 3]) {
     let flat = parameters.flatness();
     let tints = colour::tints(class);
     for (term, tint) in (0..TERMS).map(|term| (term, tints[term].max(flat[term]))) {
-        for (channel, colour) in parameters.colours[term].iter_mut().enumerate() {
-            *colour += tint * (new[channel] - old[channel] - kept);
+        for (colour, shift) in parameters.colours[term].iter_mut().zip(shift) {
+            *colour += tint * shift;
         }
     }
 }

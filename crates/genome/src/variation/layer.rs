@@ -4,23 +4,17 @@
 //! Steps are taken on the scale of each parameter ([`Parameter::share`]), so that a roughness near
 //! 0.01 doubles as easily as one near 0.3. docs/maths/variation.md has the table of rates.
 
+use super::strength::Strength;
 use crate::locks::LockedLayers;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, LAYERS_MAX, Model, ModelKind, Parameter};
 
 /// Standard deviation of random values from the defaults, as a share of the range.
 const SPREAD: f64 = 0.25;
-/// Probability that a value mutates at amount 1; equal to that of a constant.
-const VALUE_RATE: f32 = 0.5;
 /// Standard deviation of a perturbation at amount 1, as a share of the range.
 const STEP: f64 = 0.3;
-/// Share of mutations of values that redraw instead of perturbing.
-const REDRAW: f32 = 0.1;
 /// Probability that a choice mutates at amount 1.
 const CHOICE_RATE: f32 = 0.1;
-/// Probability that the kind of a model mutates at amount 1; grows with the square of the amount,
-/// as for instructions.
-const KIND_RATE: f32 = 0.15;
 
 /// Returns one random model.
 pub(super) fn random(key: BirthKey) -> Vec<Model> {
@@ -40,39 +34,46 @@ pub(super) fn random(key: BirthKey) -> Vec<Model> {
 /// 0, if any may.
 pub(super) fn mutate(
     layers: &mut [Model],
-    mutation: f32,
+    strength: Strength,
     key: BirthKey,
     force: bool,
     locked: &LockedLayers,
 ) {
-    if layers.is_empty() {
+    let mutation = strength.amount;
+    if layers.is_empty() || mutation <= 0.0 {
         return;
     }
     let mut stream = Stream::new(key, Operator::MutateLayers);
     let mut changed = false;
     for (layer, model) in layers.iter_mut().enumerate() {
-        if !locked.locks_kind(layer) && stream.chance(KIND_RATE * mutation * mutation) {
+        if !locked.locks_kind(layer) && stream.chance(strength.kind_rate()) {
             *model = converted(model, different_kind(model.kind(), &mut stream));
             changed = true;
         }
         let mut values = model.parameter_values().to_vec();
         for (at, (parameter, value)) in each_value(model).enumerate() {
-            let rate = if words(parameter).is_some() { CHOICE_RATE } else { VALUE_RATE };
-            if !locked.locks_value(layer, at) && stream.chance(rate * mutation) {
-                values[at] = different_value(parameter, value, mutation, &mut stream);
+            let is_choice = words(parameter).is_some();
+            let rate = if is_choice { CHOICE_RATE * mutation } else { strength.value_rate() };
+            if !locked.locks_value(layer, at) && stream.chance(rate) {
+                values[at] = different_value(parameter, value, strength, &mut stream);
                 changed |= values[at].to_bits() != value.to_bits();
             }
         }
         *model = with_values(model, &values);
     }
-    if force && !changed && mutation > 0.0 {
-        mutate_one(layers, mutation, locked, &mut stream);
+    if force && !changed {
+        mutate_one(layers, strength, locked, &mut stream);
     }
 }
 
 /// Mutates one value of one layer, if any may change.
-fn mutate_one(layers: &mut [Model], mutation: f32, locked: &LockedLayers, stream: &mut Stream) {
-    let free: Vec<(usize, usize)> = layers
+fn mutate_one(
+    layers: &mut [Model],
+    strength: Strength,
+    locked: &LockedLayers,
+    stream: &mut Stream,
+) {
+    let mut free: Vec<(usize, usize)> = layers
         .iter()
         .enumerate()
         .flat_map(|(layer, model)| {
@@ -82,6 +83,13 @@ fn mutate_one(layers: &mut [Model], mutation: f32, locked: &LockedLayers, stream
         })
         .filter(|(layer, at)| !locked.locks_value(*layer, *at))
         .collect();
+    let is_number = |(layer, at): &(usize, usize)| {
+        each_value(&layers[*layer]).nth(*at).is_some_and(|(one, _)| words(one).is_none())
+    };
+    // A choice changes more than a small step of a number.
+    if !strength.forces_choices() && free.iter().any(is_number) {
+        free.retain(is_number);
+    }
     if free.is_empty() {
         return;
     }
@@ -89,7 +97,7 @@ fn mutate_one(layers: &mut [Model], mutation: f32, locked: &LockedLayers, stream
     let model = &layers[layer];
     let (parameter, value) = each_value(model).nth(at).expect("it is one of its own");
     let mut values = model.parameter_values().to_vec();
-    values[at] = different_value(parameter, value, mutation, stream);
+    values[at] = different_value(parameter, value, strength, stream);
     layers[layer] = with_values(model, &values);
 }
 
@@ -213,7 +221,12 @@ fn each_value(model: &Model) -> impl Iterator<Item = (&'static Parameter, f64)> 
 }
 
 /// Draws a different value. A choice of one word stays.
-fn different_value(parameter: &Parameter, value: f64, mutation: f32, stream: &mut Stream) -> f64 {
+fn different_value(
+    parameter: &Parameter,
+    value: f64,
+    strength: Strength,
+    stream: &mut Stream,
+) -> f64 {
     match words(parameter) {
         Some(1) => value,
         Some(count) => {
@@ -221,8 +234,8 @@ fn different_value(parameter: &Parameter, value: f64, mutation: f32, stream: &mu
             let drawn = f64::from(stream.below(count - 1));
             if drawn >= value { drawn + 1.0 } else { drawn }
         }
-        None if stream.chance(REDRAW) => parameter.at_share(f64::from(stream.unit())),
-        None => perturbed(parameter, value, STEP * f64::from(mutation), stream),
+        None if stream.chance(strength.redraw()) => parameter.at_share(f64::from(stream.unit())),
+        None => perturbed(parameter, value, STEP * f64::from(strength.amount), stream),
     }
 }
 

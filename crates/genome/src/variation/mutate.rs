@@ -4,6 +4,7 @@
 //! docs/maths/variation.md has the table of rates.
 
 use super::draft::Draft;
+use super::strength::{MutationScale, Part, Strength};
 use super::{layer, random};
 use crate::believable;
 use crate::liveness::{RESULT, walk_backwards};
@@ -13,15 +14,11 @@ use crate::{BirthKey, CONSTANTS, Dialect, Instruction, Operand, RANGE, Swizzle};
 
 /// Probability that a live instruction mutates at amount 1.
 const INSTRUCTION_RATE: f32 = 0.8;
-/// Probability that a constant register that is read mutates at amount 1.
-const CONSTANT_RATE: f32 = 0.5;
 /// Ratio of the mutation rates of live and dead code (also of constants that live code reads or
 /// not). Most mutations are then visible, and dead code still drifts.
 const LIVE_WEIGHT: u32 = 4;
 /// Draws of a mutant that locked channels allow, before the instruction is left unchanged.
 const MAX_LOCKED_DRAWS: u32 = 16;
-/// Share of constant mutations that redraw instead of perturbing.
-const CONSTANT_REDRAW: f32 = 0.1;
 /// Kinds of instruction mutation with their weights, out of 20.
 const KINDS: [(Kind, u32); 6] = [
     (Kind::Opcode, 4),
@@ -80,6 +77,10 @@ fn rate(of_live: f32, live: bool) -> f32 {
 /// Rules of a mutation.
 #[derive(Clone, Copy)]
 pub(super) struct How {
+    /// Amount of mutation.
+    pub(super) mutation: f32,
+    /// Meaning of the amount.
+    pub(super) scale: MutationScale,
     /// True if something must change at any amount above 0.
     pub(super) force: bool,
     /// True in lineages that start with believable programs.
@@ -91,32 +92,45 @@ pub(super) struct How {
 /// value of a layer does.
 pub(super) fn draft(
     draft: &mut Draft,
-    mutation: f32,
     key: BirthKey,
-    How { force, is_believable }: How,
+    How { mutation, scale, force, is_believable }: How,
     locked: &ResolvedLocks,
 ) {
-    let is_done = is_believable && parameters(draft, mutation, key, locked);
+    let strength = |part| Strength::new(mutation, part, scale);
+    let is_done = is_believable && parameters(draft, strength(Part::Believable), key, locked);
     if !draft.instructions.is_empty() && !is_done {
-        program(draft, mutation, key, force, locked);
+        program(draft, strength(Part::Program), key, force, locked);
     }
     // A forced change has already happened in the program, if there is one.
     let force = force && draft.instructions.is_empty();
-    layer::mutate(&mut draft.layers, mutation, key, force, locked.layers());
+    layer::mutate(&mut draft.layers, strength(Part::Layers), key, force, locked.layers());
 }
 
 /// Mutates the parameters of a believable program, except locked ones. Returns false if the program
 /// is not believable.
-fn parameters(draft: &mut Draft, mutation: f32, key: BirthKey, locked: &ResolvedLocks) -> bool {
+fn parameters(
+    draft: &mut Draft,
+    strength: Strength,
+    key: BirthKey,
+    locked: &ResolvedLocks,
+) -> bool {
     let old = draft.constants.clone();
-    let (constants, channels) = (&mut draft.constants, locked.channels());
-    let is_done = believable::mutate((&draft.instructions, constants), mutation, channels, key);
+    let kept = (locked.channels(), locked.kept());
+    let program = (&*draft.instructions, &mut *draft.constants);
+    let is_done = believable::mutate(program, strength.amount, kept, key);
     locked.restore_named(&mut draft.constants, &old);
     is_done
 }
 
 /// Mutates instructions, then constants.
-fn program(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, locked: &ResolvedLocks) {
+fn program(
+    draft: &mut Draft,
+    strength: Strength,
+    key: BirthKey,
+    force: bool,
+    locked: &ResolvedLocks,
+) {
+    let mutation = strength.amount;
     let live = Live::of(draft);
     let mut stream = Stream::new(key, Operator::MutateInstructions);
     let of_live = INSTRUCTION_RATE * mutation * mutation;
@@ -132,41 +146,43 @@ fn program(draft: &mut Draft, mutation: f32, key: BirthKey, force: bool, locked:
             changed = true;
         }
     }
-    // At small amounts, small changes are expected: the forced change is then more often a
-    // constant.
-    let force_instruction = force && !changed && stream.chance(2.0 * mutation);
+    // At small amounts, small changes are expected: the forced change is then a constant.
+    let force_instruction = force && !changed && stream.chance(strength.forced_instruction());
     if force_instruction && mutation > 0.0 {
         changed = mutate_one(draft, &live, locked, &mut stream);
+    }
+    if mutation <= 0.0 {
+        return;
     }
     let mut stream = Stream::new(key, Operator::MutateConstants);
     for (index, constant) in draft.constants.iter_mut().enumerate() {
         if locked.locks_constant(index)
-            || !stream.chance(rate(CONSTANT_RATE * mutation, live.constants[index]))
+            || !stream.chance(rate(strength.value_rate(), live.constants[index]))
         {
             continue;
         }
-        perturb(constant, mutation, &mut stream);
+        perturb(constant, strength, &mut stream);
         changed |= live.constants[index];
     }
-    if force && !changed && mutation > 0.0 {
+    if force && !changed {
         let free = |index: &usize| live.constants[*index] && !locked.locks_constant(*index);
         let indices: Vec<usize> = (0..CONSTANTS).filter(free).collect();
         if indices.is_empty() {
             mutate_one(draft, &live, locked, &mut stream);
         } else {
             let chosen = indices[stream.below(indices.len() as u32) as usize];
-            perturb(&mut draft.constants[chosen], mutation, &mut stream);
+            perturb(&mut draft.constants[chosen], strength, &mut stream);
         }
     }
 }
 
 /// Perturbs one component of a constant, or sometimes redraws it.
-fn perturb(constant: &mut [f32; 4], mutation: f32, stream: &mut Stream) {
+fn perturb(constant: &mut [f32; 4], strength: Strength, stream: &mut Stream) {
     let component = &mut constant[stream.below(4) as usize];
-    *component = if stream.chance(CONSTANT_REDRAW) {
+    *component = if stream.chance(strength.redraw()) {
         random::constant(stream)
     } else {
-        (*component + mutation * stream.bell()).clamp(-RANGE, RANGE)
+        (*component + strength.amount * stream.bell()).clamp(-RANGE, RANGE)
     };
 }
 

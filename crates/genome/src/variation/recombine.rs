@@ -45,7 +45,8 @@ fn parameters(
     let mut draft = Draft::copy(first);
     let own = (first.instructions(), &mut *draft.constants);
     let other = (second.instructions(), second.constants());
-    if !believable::recombine(own, other, (recombination, locked.channels()), key) {
+    let kept = (locked.channels(), locked.kept());
+    if !believable::recombine(own, other, (recombination, kept), key) {
         return None;
     }
     locked.restore_named(&mut draft.constants, first.constants());

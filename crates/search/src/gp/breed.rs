@@ -1,6 +1,6 @@
 //! Selection of parents, and their children.
 
-use brood_genome::{BirthKey, Dialect, Genome, Operator, Stream, Variation};
+use brood_genome::{BirthKey, Dialect, Genome, MutationScale, Operator, Stream, Variation};
 use brood_program::Program;
 use rayon::prelude::*;
 
@@ -85,9 +85,10 @@ pub(crate) fn child_of(
         let share = 0.1 + 0.4 * stream.unit();
         // Half of the crossovers are without mutation.
         let amount = if stream.chance(0.5) { 0.0 } else { amount };
-        Variation::crossover(first, second, share, amount).birth(key)
+        let variation = Variation::crossover(first, second, share, amount);
+        variation.with_scale(MutationScale::Search).birth(key)
     } else {
-        Variation::mutate(first, amount).birth(key)
+        Variation::mutate(first, amount).with_scale(MutationScale::Search).birth(key)
     }
 }
 
@@ -101,7 +102,7 @@ pub(crate) fn start_mutant(start: &[Genome], key: BirthKey) -> Genome {
     let mut stream = Stream::new(key, Operator::Genetic);
     let first = &start[stream.below(start.len() as u32) as usize];
     let amount = AMOUNTS[stream.below(AMOUNTS.len() as u32) as usize];
-    Variation::mutate(first, amount).birth(key)
+    Variation::mutate(first, amount).with_scale(MutationScale::Search).birth(key)
 }
 
 /// Sums of squared differences of ln(1 + f cos_i) over each group of [`Cases::few`],

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use brood_genome::{Dialect, Locks, Start};
+use brood_genome::{Dialect, Locks, Start, Steer};
 use brood_protocol::{
     BreedOptions, Curation, DialectConstraints, IndividualId, LightAssetKind, ParentRef, Seed,
 };
@@ -96,6 +96,9 @@ pub struct FileGeneration {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,
+    /// Properties that the children kept or changed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steer: Vec<Steer>,
     /// Time of creation, milliseconds since 1970.
     pub created_ms: i64,
     /// Children by slot.
@@ -113,6 +116,7 @@ impl FileGeneration {
             saturation: self.saturation,
             energy_limit: self.energy_limit,
             locks: self.locks.clone(),
+            steer: self.steer.clone(),
         }
     }
 }
