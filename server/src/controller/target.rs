@@ -2,7 +2,7 @@
 //! use are stored.
 
 mod picture;
-mod read;
+pub mod read;
 
 use axum::Json;
 use axum::body::Body;
