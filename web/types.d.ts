@@ -1853,6 +1853,12 @@ export interface components {
         /** @description Part `spec` of a target upload. */
         TargetSpec: {
             clip_from?: components["schemas"]["ClipCode"] | null;
+            /**
+             * @description Part of an image to use: its first column and row, width and height in pixels. The scene
+             *     describes this part, with its own width and height; a mask has the size of the whole image.
+             *     Default: the whole image.
+             */
+            crop?: number[] | null;
             /** @description True if the brightness of an image is unknown, so that a gain is solved for. Default: false. */
             gain?: boolean | null;
             /**
@@ -1866,7 +1872,7 @@ export interface components {
             scene?: components["schemas"]["SceneOrId"] | null;
             /**
              * @description Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples`,
-             *     `gain` and `clip_from`.
+             *     `gain`, `clip_from` and `crop`.
              */
             views?: components["schemas"]["ViewSpec"][] | null;
         };
@@ -1893,6 +1899,11 @@ export interface components {
              *     of linear radiance 255 is the value 1. Null for targets of versions without it.
              */
             clipped_from?: (number | null)[] | null;
+            /**
+             * @description Part of the uploaded image that is used: its first column and row, width and height in
+             *     pixels. Null for the whole image.
+             */
+            crop?: number[] | null;
             /** @description True if the brightness is unknown, so that a gain is solved for. */
             gain_solved: boolean;
             /** @description True if the image is held out: it is not fitted. */
@@ -1903,7 +1914,7 @@ export interface components {
             samples: components["schemas"]["PixelSamples"];
             /** @description The scene with every field present. */
             scene: components["schemas"]["Scene"];
-            /** @description Size of the image. */
+            /** @description Size of the image, or of its crop. */
             size_px: components["schemas"]["PictureSize"];
         };
         /**
@@ -1914,6 +1925,12 @@ export interface components {
         /** @description One of several images. */
         ViewSpec: {
             clip_from?: components["schemas"]["ClipCode"] | null;
+            /**
+             * @description Part of the image to use: its first column and row, width and height in pixels. The scene
+             *     describes this part, with its own width and height; a mask has the size of the whole image.
+             *     Default: the whole image.
+             */
+            crop?: number[] | null;
             /** @description True if the brightness is unknown, so that a gain is solved for. Default: false. */
             gain?: boolean;
             /**

@@ -14,7 +14,7 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    archive, circle, comparison, event, export, generation, genome, geometry, individual,
+    archive, circle, comparison, develop, event, export, generation, genome, geometry, individual,
     inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation, page,
     preset, render, scene, search, session, sheet, spheres, system, target, target_picture,
     thumbnail,
@@ -109,6 +109,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(target_picture::pixels))
         .routes(routes!(target_picture::mask))
         .routes(routes!(target_picture::render))
+        .routes(routes!(develop::png))
         .routes(routes!(search::create, search::list))
         .routes(routes!(job::get))
         .routes(routes!(search::pause))

@@ -208,6 +208,40 @@ async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn crop_of_a_picture_is_the_picture_of_its_scene() {
+    let server = TestServer::start();
+    // The middle of the picture, and the same camera with the height of the crop.
+    let whole = scene("sphere", [-1.0, -1.0, -1.5]);
+    let mut part = whole.clone();
+    part["camera"] = json!({"orthographic": 1.1 * 40.0 / f64::from(SIDE)});
+    let (individual, picture) = photographed(&server, &whole).await;
+    let spec = json!({"kind": "image", "scene": part, "samples": 1, "crop": [8, 12, 48, 40]});
+    let mask = left_half(SIDE);
+    let parts: [(&str, &[u8]); 2] = [("file", &picture), ("mask", &mask)];
+    let target = server.post_parts(&spec, &parts).await.expect(201).json();
+    let view = &target["views"][0];
+    assert_eq!((&view["size_px"], &view["crop"]), (&json!([48, 40]), &json!([8, 12, 48, 40])));
+    assert_eq!(view["pixels"]["masked"], 24 * 40, "the mask is cropped with the picture");
+    let place = format!("/v1/targets/{}", text_of(&target["id"]));
+    let shown = server.get(&format!("{place}/views/0/picture.png")).await.expect(200).picture();
+    assert_eq!(shown.dimensions(), (48, 40));
+    // The material itself in the scene of the crop.
+    let over = format!("/v1/individuals/{individual}/render.png?target={}", text_of(&target["id"]));
+    let over = server.get(&over).await.expect(200).picture();
+    let is_covered = |pixel: &image::Rgba<u8>| pixel.0[3] == 255;
+    let pairs = || over.pixels().zip(shown.pixels()).filter(|(over, _)| is_covered(over));
+    assert!(pairs().count() > 1000);
+    for (over, shown) in pairs() {
+        assert!(over.0[..3].iter().zip(&shown.0).all(|(a, b)| a.abs_diff(*b) <= 1), "{over:?}");
+    }
+    let alone = json!({"kind": "image", "scene": part, "crop": [30, 30, 40, 10]});
+    let problem = server.post_target(&alone, &picture).await.problem(422);
+    assert_eq!(problem["pointer"], "/crop", "{problem}");
+    let words = "the crop 30,30,40,10 must lie within the picture, which has 64 x 64 pixels";
+    assert!(text_of(&problem["detail"]).contains(words), "{problem}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn wide_and_tall_pictures_are_targets() {
     let mut server = TestServer::start();
     let scene = scene("sphere", [-1.0, -1.0, -1.5]);
@@ -440,6 +474,13 @@ async fn inconsistent_views_are_refused() {
         (422, "/clip_from", "only a picture", json!({"kind": "merl", "clip_from": "off"})),
         (422, "/clip_from", "for itself", json!({"kind": "image", "clip_from": 250, "views": []})),
         (422, "/views", "only a picture", json!({"kind": "merl", "views": []})),
+        (422, "/crop", "only a picture", json!({"kind": "merl", "crop": [0, 0, 9, 9]})),
+        (422, "/crop", "for itself", json!({"kind": "image", "crop": [0, 0, 9, 9], "views": []})),
+        (422, "/views/0/crop", "lie within", view(json!({"crop": [0, 0, 65, 64]}))),
+        (422, "/views/0/crop", "not be empty", view(json!({"crop": [0, 0, 0, 64]}))),
+        (422, "/views/0/crop", "too small", view(json!({"crop": [0, 0, 7, 64]}))),
+        (400, "/views/0/crop/2", "", view(json!({"crop": [0, 0, -1, 64]}))),
+        (400, "/views/0/crop", "", view(json!({"crop": [0, 0, 64]}))),
     ];
     for (status, pointer, words, spec) in rows {
         let problem = server.post_parts(&spec, &[("a", &picture)]).await.problem(status);

@@ -20,6 +20,7 @@ import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
 import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
+import { photo, photoByFinger } from "./photo.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
 import { steer } from "./steer.mjs";
@@ -272,6 +273,7 @@ async function searching(app, base) {
   const shot = shotOf(app);
   await search(app, step, shot, base);
   await target(app, step, shot, base);
+  await photo(app, step, shot, base);
 }
 
 async function inAHurry(app, base) {
@@ -312,6 +314,7 @@ async function narrow(app, base) {
   await favouritesByFinger(app, step, shotOf(app), base);
   await searchByFinger(app, step, shotOf(app));
   await targetByFinger(app, step, shotOf(app), base);
+  await photoByFinger(app, step, shotOf(app), base);
   await editedByFinger(app, step, shotOf(app));
   app.quiet();
 }

@@ -89,6 +89,10 @@ export async function search(app, step, shot, base) {
       Number(pattern.exec(words)?.[1]),
     );
     assert.ok(fitted + held === 600 && held > 0, words);
+    await page.waitForFunction(() => {
+      const images = [...document.querySelectorAll("[data-testid=understood-measured] img")];
+      return images.length === 2 && images.every((it) => it.complete && it.naturalWidth === 256);
+    });
     assert.equal((await app.api("/v1/jobs")).items.length, 0);
     await shot("52-search-understood");
     await app.accessible("a new search");

@@ -49,6 +49,15 @@ const drawn = (page, id, least) =>
 const seen = async (app, pair) =>
   Number(await app.id(pair).locator("[data-seen]").getAttribute("data-seen"));
 
+/** Choice of the open lineage's scene, once the picture is shown. */
+function inLineage(app) {
+  return app
+    .id("view-0-photo")
+    .locator("xpath=..")
+    .getByTestId("view-0-from")
+    .getByRole("radio", { name: "the lineage's" });
+}
+
 /** Opens the form of a new search. */
 async function openForm(app) {
   await app.page.keyboard.press("s");
@@ -61,7 +70,7 @@ async function openForm(app) {
 export async function target(app, step, shot, base) {
   const { page } = app;
   app.ignores = (text) => text.includes("422");
-  const own = (at) => app.id(`view-${at}-from`).getByRole("radio", { name: "its own" });
+  const own = (at) => app.id(`view-${at}-from`).getByRole("radio", { name: "a scene file" });
 
   await step("stops an upload, and keeps the chosen file", async () => {
     await underLamp(app, base);
@@ -87,9 +96,7 @@ export async function target(app, step, shot, base) {
     async () => {
       const { length } = (await app.api("/v1/jobs")).items;
       await app.id("target-file").setInputFiles(await photograph(app, base, "lobe.png"));
-      assert.ok(
-        await app.id("view-0-from").getByRole("radio", { name: "the lineage's" }).isChecked(),
-      );
+      await inLineage(app).check();
       assert.ok(await app.id("search-start").isDisabled(), "nothing was read yet");
       await app.id("views-read").click();
       await app.id("target-understood").waitFor();
@@ -251,6 +258,7 @@ export async function targetByFinger(app, step, shot, base) {
         ),
       );
     await app.fits(app.id("searches-dialog"));
+    await inLineage(app).check();
     await shot("68-narrow-target");
     await app.id("views-read").tap();
     await app.id("target-understood").waitFor();

@@ -91,6 +91,15 @@ export const ownPictureUrl = (id, size, light_deg) =>
  */
 export const viewUrl = (id, view, what) => `/v1/targets/${id}/views/${view}/${what}.png`;
 
+/**
+ * A measured target on a sphere, in the server's default scene.
+ * @param {string} id
+ * @param {number} size
+ * @param {number} light_deg
+ */
+export const measuredUrl = (id, size, light_deg) =>
+  `/v1/targets/${id}/render.png?size=${size}&light_deg=${light_deg}`;
+
 /** One of the pictures of a target, as it was uploaded. @param {string} id @param {number} view */
 export const targetViewUrl = (id, view) => `/v1/targets/${id}/render.png?view=${view}`;
 

@@ -9,7 +9,9 @@ import { problemOf } from "../api/request.js";
 import { wasStopped } from "../api/upload.js";
 import { resetPair } from "../compare/pair.js";
 import { lineageStore } from "../lineage/store.js";
+import { setEntry } from "../page/entry.js";
 import { clearProblems, guarded, showProblem } from "../page/problem.js";
+import { photoStore } from "../photo/store.js";
 import { sceneStore } from "../scene/store.js";
 import { updateDraft } from "./draft.js";
 import * as api from "./routes.js";
@@ -274,6 +276,7 @@ export function chooseScene({ key, text }, from) {
   const { id: _, ...json } = open || {};
   changeView(key, {
     from,
+    fromByHand: true,
     ...(from === "given" && text.trim() === "" && open
       ? { text: JSON.stringify(json, null, 1) }
       : {}),
@@ -284,6 +287,9 @@ export function chooseScene({ key, text }, from) {
 export function removeView(key) {
   searchStore.wrongPicture.value = null;
   clearProblems("target");
+  const shown = photoStore.shown.value.get(key);
+  if (shown && typeof shown !== "string") URL.revokeObjectURL(shown.url);
+  setEntry(photoStore.shown, key, null);
   const views = searchStore.draft.value.views.filter((one) => one.key !== key);
   if (views.length === 0) replaceTarget({ views, file: null, kind: "" });
   else changeViews(views);
@@ -305,7 +311,7 @@ export async function useSceneFile(file, key) {
     );
   const bare = views.filter((one) => one.from !== "given");
   const keys = key === null ? (bare.length > 0 ? bare : views).map((one) => one.key) : [key];
-  changeViews(views.map((one) => (keys.includes(one.key) ? { ...one, from: "given", text } : one)));
+  changeViews(views.map((one) => (keys.includes(one.key) ? { ...one, from: "given", fromByHand: true, text } : one)));
 }
 
 /** Chooses a target that the server has. @param {Target} target */

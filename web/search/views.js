@@ -2,16 +2,21 @@
  * Pictures of known scenes as targets: the scene of each picture, and the upload that they make.
  *
  * @import { PixelCounts, Scene } from "../model.js"
+ * @import { Area } from "../photo/placement.js"
+ * @import { Placed } from "../photo/setup.js"
  */
+import { isWhole, sceneOfPlaced, wholeOf } from "../photo/setup.js";
 
 /**
- * @typedef {"open"|"default"|"given"} SceneFrom The open lineage's scene, the server's default,
- *   or what was pasted.
+ * @typedef {"placed"|"open"|"default"|"given"} SceneFrom Object and light that were placed on the
+ *   picture, the open lineage's scene, the server's default, or what was pasted.
  *
  * @typedef {{key: number, file: File, mask: File|null, from: SceneFrom, text: string, light:
- *   string, samples: string, gain: boolean, held_out: boolean, clip_from: unknown}} PictureDraft
- *   `text`: the scene that was pasted; `light`: degrees to which it is turned, as typed;
- *   `clip_from`: the setting of a list, undefined without one.
+ *   string, samples: string, gain: boolean, held_out: boolean, clip_from: unknown, crop: Area|null,
+ *   placed: Placed|null, fromByHand: boolean}} PictureDraft `text`: the scene that was pasted;
+ *   `light`: degrees to which it is turned, as typed; `clip_from`: the setting of a list, undefined
+ *   without one; `crop`: null for the whole picture; `placed`: null until the picture is shown;
+ *   `fromByHand`: true if the scene was chosen by hand.
  *
  * @typedef {{id: string, scene: Scene}} OpenScene
  *
@@ -44,12 +49,15 @@ let lastKey = 0;
  */
 export function newPicture(file, before, isOpenUsable) {
   lastKey += 1;
-  const { from, text, light, samples, gain } = before ?? {
+  const { from, text, light, samples, gain, crop, placed, fromByHand } = before ?? {
     from: isOpenUsable ? "open" : "default",
     text: "",
     light: "",
     samples: "adaptive",
     gain: false,
+    crop: null,
+    placed: null,
+    fromByHand: false,
   };
   return {
     key: lastKey,
@@ -62,6 +70,9 @@ export function newPicture(file, before, isOpenUsable) {
     gain,
     held_out: false,
     clip_from: undefined,
+    crop,
+    placed,
+    fromByHand,
   };
 }
 
@@ -97,7 +108,20 @@ export function readScene(text) {
  * @param {OpenScene|null} open
  * @returns {{scene?: unknown}|{field: string, wrong: string}}
  */
-function sceneOf({ from, text, light }, open) {
+function sceneOf({ from, text, light, placed, crop }, open) {
+  if (from === "placed") {
+    if (!placed)
+      return {
+        field: "scene",
+        wrong: "The picture is not shown yet. Wait, or choose another scene.",
+      };
+    if (!placed.light)
+      return {
+        field: "spot",
+        wrong: "The spot of the light is not on the object. Drag it to the highlight, or to where the object is brightest.",
+      };
+    return { scene: sceneOfPlaced(placed, placed.light, crop ?? wholeOf(placed.size)) };
+  }
   const degrees = light.trim() === "" ? null : Number(light.replace(",", ".").replace("°", ""));
   if (degrees !== null && !Number.isFinite(degrees))
     return { field: "light", wrong: "The light angle must be a number of degrees, or empty." };
@@ -148,12 +172,42 @@ export function buildUpload(views, open) {
       ...(of.mask ? { mask } : {}),
       ...scene,
       samples: of.samples === "adaptive" ? "adaptive" : Number(of.samples),
-      ...(of.gain ? { gain: true } : {}),
+      // The strength of a light that was placed by hand is unknown.
+      ...(of.gain || of.from === "placed" ? { gain: true } : {}),
       ...(of.held_out ? { held_out: true } : {}),
       ...(of.clip_from === undefined ? {} : { clip_from: of.clip_from }),
+      ...croppedBy(of),
     });
   }
   return { spec: { kind: "image", name: stem(views[0].file.name), views: said }, parts };
+}
+
+/**
+ * Crop of a picture; null for the whole picture. A crop that was guessed around the object does not
+ * apply to another scene.
+ * @param {PictureDraft} of
+ * @returns {Area|null}
+ */
+export function cropOf({ crop, placed, from }) {
+  if (!crop || (placed && isWhole(crop, placed.size))) return null;
+  return placed && !placed.cropByHand && from !== "placed" ? null : crop;
+}
+
+/** Crop of a picture in the request; nothing for the whole picture. @param {PictureDraft} of */
+function croppedBy(of) {
+  const crop = cropOf(of);
+  return crop ? { crop: [crop.x, crop.y, crop.width, crop.height] } : {};
+}
+
+/**
+ * A crop of a list; null for the whole picture.
+ * @param {unknown} crop
+ * @returns {Area|null}
+ */
+function readCrop(crop) {
+  if (!Array.isArray(crop) || crop.length !== 4) return null;
+  const [x, y, width, height] = crop.map(Number);
+  return { x, y, width, height };
 }
 
 /**
@@ -200,6 +254,8 @@ export async function picturesFromList(text, files) {
       gain: of.gain === true,
       held_out: of.held_out === true,
       clip_from: of.clip_from,
+      crop: readCrop(of.crop),
+      fromByHand: true,
     });
   }
   return views;
@@ -217,7 +273,7 @@ export const stem = (name) =>
   [...name.replace(/\.[^.]*$/, "").replace(/\p{Cc}/gu, " ")].slice(0, NAME_CHARS).join("");
 
 /** Fields of a picture in the form. */
-const FIELDS = ["picture", "mask", "scene", "samples", "gain", "held_out"];
+const FIELDS = ["picture", "mask", "scene", "samples", "gain", "held_out", "crop"];
 
 /**
  * Picture and field that a refusal names.

@@ -335,6 +335,7 @@ mod tests {
             sampling: Sampling::Adaptive,
             is_gain_unknown: true,
             clip_from: ClipFrom::LARGEST,
+            crop: None,
             is_held_out: false,
             picture,
             mask: Some(brood_eval::encode_png(40, 40, &half)),

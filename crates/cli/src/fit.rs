@@ -19,7 +19,7 @@ use brood_eval::encode_png;
 use brood_genome::{Genome, ModelKind};
 use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
-use brood_scene::{ClipFrom, Exposure};
+use brood_scene::{ClipFrom, Exposure, PixelArea};
 use brood_search::{Found, Options, Outcome, Progress, Search};
 use brood_target::{MeasuredTarget, Strategy};
 use brood_worker::Renderer;
@@ -73,6 +73,10 @@ pub struct FitArgs {
     /// plateaus, `off` uses every pixel
     #[arg(long, value_name = "CODE", default_value_t = ClipFrom::Auto, value_parser = str::parse::<ClipFrom>)]
     pub clip_from: ClipFrom,
+    /// Part of the picture to use: first column and row, width and height in pixels; the scene
+    /// describes this part
+    #[arg(long, value_name = "X,Y,W,H", value_parser = str::parse::<PixelArea>)]
+    pub crop: Option<PixelArea>,
     /// Read an .exr as an image slice, even with --scene
     #[arg(long)]
     pub slice: bool,

@@ -329,3 +329,33 @@ fn fit_prints_clipped_codes_of_a_picture_and_refuses_the_setting_without_one() {
     let line = fail(&["fit", &csv, "--clip-from", "250", "-o", &path(&dir, "no")]);
     assert!(line.contains("--clip-from needs a picture as target"), "{line}");
 }
+
+#[test]
+fn fit_crops_a_picture_and_refuses_a_crop_beyond_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let (clay, scene) = (path(&dir, "clay.brood"), path(&dir, "scene.json"));
+    std::fs::write(&clay, succeed(&["model", "show", "lambert"])).unwrap();
+    let json = |half: f64| {
+        format!(r#"{{"camera": {{"orthographic": {half}}}, "film": {{"exposure": 0}}}}"#)
+    };
+    std::fs::write(&scene, json(1.25)).unwrap();
+    let (picture, out) = (path(&dir, "picture.exr"), path(&dir, "fitted"));
+    succeed(&["render", &clay, "--scene", &scene, "--size", "50x40", "-o", &picture]);
+    std::fs::write(&scene, json(0.75)).unwrap();
+    let options = ["--scene", &scene, "--strategy", "analytic", "--models", "lambert"];
+    let with = |crop: &'static str| {
+        let more = ["--generations", "1", "--crop", crop, "-o", &out];
+        [&["fit", &picture][..], &options, &more].concat()
+    };
+    let line = fail(&with("13,8,38,24"));
+    assert!(line.contains("the crop 13,8,38,24 must lie within the picture"), "{line}");
+    succeed(&with("13,8,24,24"));
+    let report = std::fs::read(dir.path().join("fitted/report.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+    assert!(report.to_string().contains(r#""crop":[13,8,24,24]"#), "{report}");
+    assert!(report["e_log"].as_f64().unwrap() < 1e-3, "{report}");
+    let csv = path(&dir, "samples.csv");
+    std::fs::write(&csv, "").unwrap();
+    let line = fail(&["fit", &csv, "--crop", "0,0,9,9", "-o", &path(&dir, "no")]);
+    assert!(line.contains("--crop needs a picture as target"), "{line}");
+}

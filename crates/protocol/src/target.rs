@@ -34,8 +34,13 @@ pub struct TargetSpec {
     #[serde(default)]
     #[schema(value_type = Option<ClipCode>)]
     pub clip_from: Option<ClipFrom>,
+    /// Part of an image to use: its first column and row, width and height in pixels. The scene
+    /// describes this part, with its own width and height; a mask has the size of the whole image.
+    /// Default: the whole image.
+    #[serde(default)]
+    pub crop: Option<[u32; 4]>,
     /// Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples`,
-    /// `gain` and `clip_from`.
+    /// `gain`, `clip_from` and `crop`.
     #[serde(default)]
     pub views: Option<Vec<ViewSpec>>,
 }
@@ -65,6 +70,11 @@ pub struct ViewSpec {
     #[serde(default)]
     #[schema(value_type = Option<ClipCode>)]
     pub clip_from: Option<ClipFrom>,
+    /// Part of the image to use: its first column and row, width and height in pixels. The scene
+    /// describes this part, with its own width and height; a mask has the size of the whole image.
+    /// Default: the whole image.
+    #[serde(default)]
+    pub crop: Option<[u32; 4]>,
     /// True to hold the image out: it is not fitted, only compared with the results. Default:
     /// false.
     #[serde(default)]
@@ -135,8 +145,12 @@ pub struct LargestAlbedo {
 /// Image of a target, as the server has interpreted it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct TargetView {
-    /// Size of the image.
+    /// Size of the image, or of its crop.
     pub size_px: PictureSize,
+    /// Part of the uploaded image that is used: its first column and row, width and height in
+    /// pixels. Null for the whole image.
+    #[serde(default)]
+    pub crop: Option<[u32; 4]>,
     /// The scene with every field present.
     pub scene: Scene,
     /// Sampling of the pixels: `adaptive` or a number of samples.

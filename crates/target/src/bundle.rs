@@ -11,14 +11,17 @@ use std::sync::Arc;
 
 use brood_light::{IesProfile, LightAssets};
 use brood_mesh::{BuiltinMesh, Mesh};
-use brood_scene::{ClipFrom, MeshRef, Sampling, Scene};
+use brood_scene::{ClipFrom, MeshRef, PixelArea, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 use crate::{MeasuredTarget, Samples};
 
 /// Prefix of every file; the digit is the version.
-const MAGIC: &[u8; 17] = b"brood pictures/2\n";
+const MAGIC: &[u8; 17] = b"brood pictures/3\n";
+/// Prefix of files without [`BundledView::crop`]. Bundles without crops are written so, and keep
+/// their hash.
+const MAGIC_WHOLE: &[u8; 17] = b"brood pictures/2\n";
 /// Prefix of files without [`BundledView::clip_from`], in whose pictures only code 255 is clipped.
 /// Bundles with that setting alone are written so, and keep their hash.
 const MAGIC_LARGEST: &[u8; 17] = b"brood pictures/1\n";
@@ -50,6 +53,8 @@ pub struct BundledView {
     pub is_gain_unknown: bool,
     /// Code from which a channel counts as clipped.
     pub clip_from: ClipFrom,
+    /// Part of the picture that the scene describes; `None` for all of it.
+    pub crop: Option<PixelArea>,
     /// True if it is held out of the fit.
     pub is_held_out: bool,
     /// Encoded picture.
@@ -184,10 +189,13 @@ impl PictureBundle {
             meshes: meshes.into_iter().map(|mesh| &**mesh).collect(),
         };
         let settings: Vec<ClipFrom> = self.views.iter().map(|view| view.clip_from).collect();
-        let bytes = if settings.iter().all(|setting| *setting == ClipFrom::LARGEST) {
+        let crops: Vec<Option<PixelArea>> = self.views.iter().map(|view| view.crop).collect();
+        let bytes = if crops.iter().any(Option::is_some) {
+            postcard::to_extend(&(settings, crops, written), MAGIC.to_vec())
+        } else if settings.iter().all(|setting| *setting == ClipFrom::LARGEST) {
             postcard::to_extend(&written, MAGIC_LARGEST.to_vec())
         } else {
-            postcard::to_extend(&(settings, written), MAGIC.to_vec())
+            postcard::to_extend(&(settings, written), MAGIC_WHOLE.to_vec())
         };
         let bytes = bytes.expect("plain data serialises");
         if bytes.len() > BYTES_MOST {
@@ -206,22 +214,20 @@ impl PictureBundle {
             return Err(BundleError::TooLarge(bytes.len()));
         }
         let malformed = |error: String| BundleError::Malformed(error);
-        let (settings, read): (Vec<ClipFrom>, Read<'_>) =
-            if let Some(body) = bytes.strip_prefix(MAGIC) {
-                decoded(body)?
-            } else {
-                let body = bytes.strip_prefix(MAGIC_LARGEST).ok_or(BundleError::Version)?;
-                let read: Read<'_> = decoded(body)?;
-                (vec![ClipFrom::LARGEST; read.views.len()], read)
-            };
-        if settings.len() != read.views.len() {
-            return Err(malformed(format!("{} settings of clipping", settings.len())));
+        let (settings, crops, read) = settings_and_views(bytes)?;
+        if settings.len() != read.views.len() || crops.len() != read.views.len() {
+            let counts = (settings.len(), crops.len());
+            return Err(malformed(format!(
+                "{} settings of clipping, {} crops",
+                counts.0, counts.1
+            )));
         }
         let meshes: Vec<Arc<Mesh>> = read.meshes.into_iter().map(Arc::new).collect();
         let profiles = read.profiles.into_iter();
         let profiles = profiles.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect();
         let mut views = Vec::with_capacity(read.views.len().min(VIEWS_MOST));
-        for (index, (view, clip_from)) in read.views.into_iter().zip(settings).enumerate() {
+        let settings = settings.into_iter().zip(crops);
+        for (index, (view, (clip_from, crop))) in read.views.into_iter().zip(settings).enumerate() {
             let scene: Scene =
                 serde_json::from_str(view.scene).map_err(|error| malformed(error.to_string()))?;
             scene.validate().map_err(|error| malformed(error.to_string()))?;
@@ -238,6 +244,7 @@ impl PictureBundle {
                 sampling: view.sampling,
                 is_gain_unknown: view.is_gain_unknown,
                 clip_from,
+                crop,
                 is_held_out: view.is_held_out,
                 picture: view.picture.to_vec(),
                 mask: view.mask.map(<[u8]>::to_vec),
@@ -311,10 +318,30 @@ impl BundledView {
             sampling: self.sampling,
             is_gain_unknown: self.is_gain_unknown,
             clip_from: self.clip_from,
+            crop: self.crop,
             is_held_out: self.is_held_out,
         };
         KnownView::read(setting, &self.picture, self.mask.as_deref())
     }
+}
+
+/// Decodes a file of any version: settings of clipping, crops, and views.
+fn settings_and_views(
+    bytes: &[u8],
+) -> Result<(Vec<ClipFrom>, Vec<Option<PixelArea>>, Read<'_>), BundleError> {
+    if let Some(body) = bytes.strip_prefix(MAGIC) {
+        return decoded(body);
+    }
+    let (settings, read): (Vec<ClipFrom>, Read<'_>) =
+        if let Some(body) = bytes.strip_prefix(MAGIC_WHOLE) {
+            decoded(body)?
+        } else {
+            let body = bytes.strip_prefix(MAGIC_LARGEST).ok_or(BundleError::Version)?;
+            let read: Read<'_> = decoded(body)?;
+            (vec![ClipFrom::LARGEST; read.views.len()], read)
+        };
+    let crops = vec![None; read.views.len()];
+    Ok((settings, crops, read))
 }
 
 /// Decodes a whole file after its prefix.

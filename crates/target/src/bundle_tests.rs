@@ -3,8 +3,8 @@
 use std::io::Cursor;
 
 use brood_brdf::{Model, ModelKind};
-use brood_eval::{Developed, encode_exr, encode_png, shade_brdf};
-use brood_scene::{Exposure, PixelArea, Raster, SampleSet};
+use brood_eval::{Developed, decode_linear, encode_exr, encode_png, shade_brdf};
+use brood_scene::{Exposure, PictureSize, PixelArea, Raster, SampleSet};
 
 use super::*;
 use crate::{ImageTargetError, TargetFile, TargetFileError, TargetKind};
@@ -39,6 +39,7 @@ fn view(light_deg: f64) -> BundledView {
         sampling: Sampling::Fixed(1),
         is_gain_unknown: false,
         clip_from: ClipFrom::Auto,
+        crop: None,
         is_held_out: false,
         picture,
         mask: None,
@@ -114,6 +115,43 @@ fn clip_from_is_part_of_the_bundle_and_older_bundles_clip_at_255() {
     let old = with([ClipFrom::LARGEST; 2]);
     assert!(old.starts_with(b"brood pictures/1\n"));
     assert!(old.len() < new.len());
+}
+
+#[test]
+fn crops_are_part_of_the_bundle_and_cut_picture_and_mask() {
+    let area = PixelArea { x: 5, y: 3, width: 30, height: 34 };
+    let scene: Scene = serde_json::from_str(r#"{"camera": {"distance": 3.9}}"#).unwrap();
+    let picture = picture(&scene, &Mesh::builtin(BuiltinMesh::Sphere));
+    let whole = decode_linear(&picture, SIDE_PX).unwrap();
+    let cropped = |crop| BundledView {
+        scene: scene.clone(),
+        mesh: None,
+        crop,
+        mask: Some(white(SIDE_PX)),
+        picture: picture.clone(),
+        ..view(0.0)
+    };
+    let bundle = PictureBundle { views: vec![cropped(Some(area)), cropped(None)], ..bundle() };
+    let bytes = bundle.encode().unwrap();
+    assert!(bytes.starts_with(b"brood pictures/3\n"));
+    let again = PictureBundle::decode(&bytes).unwrap();
+    assert_eq!(again.encode().unwrap(), bytes);
+    let crops: Vec<_> = again.views.iter().map(|view| view.crop).collect();
+    assert_eq!(crops, [Some(area), None]);
+    let (known, _) = again.views[0].read(&LightAssets::default()).unwrap();
+    assert_eq!(known.size_px(), PictureSize { width: 30, height: 34 });
+    let target = known.view.target();
+    for (x, y) in [(0, 0), (29, 33), (11, 20)] {
+        let expected = whole.pixels[(3 + y) * 40 + 5 + x].map(f64::from);
+        assert_eq!(target[y * 30 + x], expected, "{x} {y}");
+    }
+    let outside = PixelArea { x: 11, ..area };
+    let refused = |view: &BundledView| {
+        view.read(&LightAssets::default()).err().map(|error| error.to_string()).unwrap_or_default()
+    };
+    assert!(refused(&cropped(Some(outside))).contains("the crop 11,3,30,34 must lie within"));
+    let small = BundledView { mask: Some(white(30)), ..cropped(Some(area)) };
+    assert!(refused(&small).contains("the mask has 30 x 30 pixels and the picture 40 x 40"));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use brood_eval::{Developed, Gain, LinearPicture, LinearPictureError, decode_linear, picture_size};
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{ClipFrom, Exposure, PictureSize, Sampling, Scene};
+use brood_scene::{ClipFrom, Exposure, PictureSize, PixelArea, Sampling, Scene};
 
 use crate::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 use crate::{MeasuredTarget, Samples, TargetError};
@@ -32,6 +32,8 @@ pub struct ViewSetup {
     pub is_gain_unknown: bool,
     /// Code from which a channel counts as clipped.
     pub clip_from: ClipFrom,
+    /// Part of the picture that the scene describes; `None` for all of it.
+    pub crop: Option<PixelArea>,
     /// True if it is held out: not fitted, only compared with the result.
     pub is_held_out: bool,
 }
@@ -61,6 +63,17 @@ pub enum ViewError {
     /// The picture is too large.
     #[error("a picture has at most {SIDE_MOST} x {SIDE_MOST} pixels; this one has {0} x {1}")]
     Large(u32, u32),
+    /// The crop is empty or reaches beyond the picture.
+    #[error(
+        "the crop {area} must lie within the picture, which has {} x {} pixels, and must not be empty",
+        size_px.width, size_px.height
+    )]
+    Crop {
+        /// Requested crop.
+        area: PixelArea,
+        /// Size of the whole picture.
+        size_px: PictureSize,
+    },
     /// The picture cannot be used as a target.
     #[error(transparent)]
     Target(#[from] ImageTargetError),
@@ -70,11 +83,12 @@ impl KnownView {
     /// Largest side in pixels.
     pub const SIDE_MOST: u32 = SIDE_MOST;
 
-    /// Decodes a picture and its mask; also returns the reflectance at the usable pixels.
+    /// Decodes a picture and its mask, and crops both; also returns the reflectance at the usable
+    /// pixels.
     ///
     /// # Errors
     /// Returns [`ViewError`] if the picture or the mask cannot be decoded, is too large, or cannot
-    /// be used as a target.
+    /// be used as a target, or if the crop reaches beyond the picture.
     pub fn read(
         setting: ViewSetup,
         picture: &[u8],
@@ -84,9 +98,17 @@ impl KnownView {
         if width.max(height) > SIDE_MOST {
             return Err(ViewError::Large(width, height));
         }
+        let size_px = PictureSize { width, height };
+        if let Some(area) = setting.crop.filter(|area| !area.is_within(size_px)) {
+            return Err(ViewError::Crop { area, size_px });
+        }
         let picture = decode_linear(picture, SIDE_MOST).map_err(ViewError::Picture)?;
         let mask = mask.map(|mask| decode_linear(mask, SIDE_MOST)).transpose();
         let mask = mask.map_err(ViewError::Mask)?;
+        let (picture, mask) = match setting.crop {
+            Some(area) => crop(area, &picture, mask.as_ref())?,
+            None => (picture, mask),
+        };
         let view = View {
             mesh: &setting.mesh,
             scene: &setting.scene,
@@ -128,6 +150,20 @@ impl KnownView {
     pub fn bytes(&self) -> usize {
         self.view.set().bytes() + 32 * self.view.target().len()
     }
+}
+
+/// Crops a picture and its mask, which has the size of the whole picture.
+fn crop(
+    area: PixelArea,
+    picture: &LinearPicture,
+    mask: Option<&LinearPicture>,
+) -> Result<(LinearPicture, Option<LinearPicture>), ViewError> {
+    let size = |of: &LinearPicture| PictureSize { width: of.width, height: of.height };
+    let size_px = size(picture);
+    if let Some(mask_px) = mask.map(size).filter(|mask_px| *mask_px != size_px) {
+        return Err(ImageTargetError::MaskSize { mask_px, size_px }.into());
+    }
+    Ok((picture.cropped(area), mask.map(|mask| mask.cropped(area))))
 }
 
 /// Exposure and tone curve for displaying a picture's radiance. A picture of display codes with

@@ -4,6 +4,7 @@
 pub mod archive;
 pub mod circle;
 pub mod comparison;
+pub mod develop;
 pub mod event;
 pub mod export;
 mod file;

@@ -2,7 +2,7 @@
 //! use are stored.
 
 mod picture;
-mod read;
+pub mod read;
 
 use axum::Json;
 use axum::body::Body;
@@ -140,7 +140,7 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
             ("with `views`, each view has this field for itself", false)
         }
         _ => {
-            let words = "only a picture has a scene, samples, gain, clip_from or views; this kind is measured at directions";
+            let words = "only a picture has a scene, samples, gain, clip_from, crop or views; this kind is measured at directions";
             (words, spec.views.is_some())
         }
     };
@@ -149,6 +149,7 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
         (spec.samples.is_some(), "/samples"),
         (spec.gain.is_some(), "/gain"),
         (spec.clip_from.is_some(), "/clip_from"),
+        (spec.crop.is_some(), "/crop"),
         (said, "/views"),
     ];
     match fields.into_iter().find(|(is_there, _)| *is_there) {

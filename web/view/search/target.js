@@ -28,7 +28,7 @@ const opened = (element) => element && void readTargets();
 /** Hint for the next file. */
 function next() {
   const { file, kind } = searchStore.draft.value;
-  if (!file) return "samples .csv, image slice .exr, MERL .binary, RGL .bsdf, goniometer .brdf; or pictures .png .jpg .hdr .exr of a known scene";
+  if (!file) return "samples .csv, image slice .exr, MERL .binary, RGL .bsdf, goniometer .brdf; or photographs and pictures of known scenes .png .jpg .hdr .exr";
   return kind === "image" ? "Drop or choose more pictures of the same material, or the scene's .json" : "Drop or choose another to replace it";
 }
 

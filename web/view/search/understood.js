@@ -6,7 +6,7 @@
  */
 import { amount } from "../../page/format.js";
 import { sizeInWords } from "../../page/size.js";
-import { viewUrl } from "../../search/routes.js";
+import { measuredUrl, viewUrl } from "../../search/routes.js";
 import { searchStore } from "../../search/store.js";
 import { nameOfView, pixelStatuses, share } from "../../search/views.js";
 import { kindInWords } from "../../search/words.js";
@@ -20,10 +20,10 @@ const markFailed = (url) => () => {
   viewStore.failedTargetPictures.value = new Set(viewStore.failedTargetPictures.value).add(url);
 };
 
-/** @param {{url: string, name: string, words: string}} props */
-const Small = ({ url, name, words }) => html`
+/** @param {{url: string, name: string, words: string, smooth?: boolean}} props */
+const Small = ({ url, name, words, smooth = false }) => html`
   <figure class="square">
-    <div class="paper">${viewStore.failedTargetPictures.value.has(url) ? html`<p class="small hollow">This picture cannot be drawn.</p>` : html`<img class="exact" src=${url} alt=${words} onError=${markFailed(url)} />`}</div>
+    <div class="paper">${viewStore.failedTargetPictures.value.has(url) ? html`<p class="small hollow">This picture cannot be drawn.</p>` : html`<img class=${smooth ? "" : "exact"} src=${url} alt=${words} onError=${markFailed(url)} />`}</div>
     <figcaption>${name}</figcaption>
   </figure>
 `;
@@ -95,6 +95,21 @@ function Views({ of, views }) {
   `;
 }
 
+/** Side of the pictures of a measured target. */
+const MEASURED_PX = 256;
+/** Lights under which a measured target is shown, in degrees on the light circle. */
+const LIGHTS = [
+  { degrees: 0, name: "light beside the eye" },
+  { degrees: 100, name: "light from behind" },
+];
+
+/** Pictures of a measured material. @param {{of: Target}} props */
+const Measured = ({ of }) => html`
+  <div class="smalls measured" data-testid="understood-measured">
+    ${LIGHTS.map(({ degrees, name }) => html`<${Small} key=${degrees} url=${measuredUrl(of.id, MEASURED_PX, degrees)} name=${name} words=${`The measured material on a sphere, ${name}`} smooth=${true} />`)}
+  </div>
+`;
+
 /** Explanation of the reciprocal floor. @param {Target} of */
 const floorInWords = (of) => (typeof of.reciprocal_floor !== "number"
   ? "No pair of directions was measured both ways, so the error that a reciprocal material can reach is unknown."
@@ -119,7 +134,7 @@ export function Understood({ of }) {
   return html`
     <div class="understood" data-testid="target-understood" ref=${scrollToOnce(of.id)}>
       <h3>As the server understood it</h3>
-      ${views.length > 0 && html`<${Views} of=${of} views=${views} />`}
+      ${views.length > 0 ? html`<${Views} of=${of} views=${views} />` : html`<${Measured} of=${of} />`}
       <dl>
         <${Fact} name="kind" value=${kindInWords(of.kind)} />
         ${views.length > 1 && html`<${Fact} name="pictures" value=${`${views.length}, ${views.filter((view) => view.held_out).length} held out`} />`}

@@ -13,6 +13,7 @@ import { MOST_PICTURES, SAMPLINGS } from "../../search/views.js";
 import { Choice, Switch, typed } from "../control.js";
 import { html } from "../html.js";
 import { ProblemBox } from "../problem.js";
+import { CropField, Photo, PlacementFields } from "./photo.js";
 
 const EXAMPLE = '{"mesh": "sphere", "camera": {"orbit_deg": [30, 20]}, "lights": [{"kind": "point"}]}';
 export const PICTURES = ".png,.jpg,.jpeg,.hdr,.exr";
@@ -42,9 +43,10 @@ const described = (at, field) => (isWrong(at, field) ? `view-${at}-wrong` : unde
 function SceneField({ of, at }) {
   const open = lineageStore.lineage.value;
   const options = [
+    ...(of.placed ? [{ value: "placed", name: "from the picture", title: "Object and light as you place them on the picture" }] : []),
     ...(open ? [{ value: "open", name: "the lineage's", title: `Object, camera and light of “${open.name}”, which is open` }] : []),
     { value: "default", name: "the default", title: "The server's default: a sphere under one light" },
-    { value: "given", name: "its own", title: "A scene as JSON" },
+    { value: "given", name: "a scene file", title: "A scene as JSON" },
   ];
   return html`
     <div class="entry of-scene" role="group" aria-label=${`Scene of picture ${at + 1}`}>
@@ -59,7 +61,13 @@ function SceneField({ of, at }) {
         </div>
       `}
     </div>
-    <${Refusal} at=${at} fields=${["scene"]} />
+    <${Refusal} at=${at} fields=${["scene", "spot"]} />
+    ${of.from === "placed" ? html`<${PlacementFields} of=${of} at=${at} />` : html`<${LightAngle} of=${of} at=${at} />`}
+  `;
+}
+
+/** Light angle of a scene. @param {{of: PictureDraft, at: number}} props */
+const LightAngle = ({ of, at }) => html`
     <label class="entry">
       <span>light</span>
       <input type="text" inputmode="decimal" class="short" data-testid=${`view-${at}-light`} value=${of.light} placeholder="as it is" autocomplete="off" maxlength="20"
@@ -67,8 +75,7 @@ function SceneField({ of, at }) {
       <span class="small">light angle, if not the scene's</span>
     </label>
     <${Refusal} at=${at} fields=${["light"]} />
-  `;
-}
+`;
 
 /** @param {{of: PictureDraft, at: number}} props */
 const MaskField = ({ of, at }) => html`
@@ -99,8 +106,8 @@ const Samples = ({ of, at }) => html`
 /** @param {{of: PictureDraft, at: number, many: boolean}} props */
 const Known = ({ of, at, many }) => html`
   <div class="chips">
-    <${Switch} id=${`view-${at}-gain`} name="brightness unknown" label=${`The brightness of picture ${at + 1} is unknown`} on=${of.gain} title="Solves for a gain, so that only colours and shapes count"
-      onInput=${(/** @type {boolean} */ gain) => changeView(of.key, { gain })} />
+    ${of.from !== "placed" && html`<${Switch} id=${`view-${at}-gain`} name="brightness unknown" label=${`The brightness of picture ${at + 1} is unknown`} on=${of.gain} title="Solves for a gain, so that only colours and shapes count"
+      onInput=${(/** @type {boolean} */ gain) => changeView(of.key, { gain })} />`}
     ${(many || of.held_out) && html`<${Switch} id=${`view-${at}-held`} name="held out" label=${`Picture ${at + 1} is held out`} on=${of.held_out} title="Not fitted; used to measure results only"
       onInput=${(/** @type {boolean} */ held_out) => changeView(of.key, { held_out })} />`}
   </div>
@@ -116,6 +123,9 @@ const Card = ({ of, at, many }) => html`
       <button type="button" class="remove" aria-label=${`Leave out picture ${at + 1}, ${of.file.name}`} title="Leave out" onClick=${() => removeView(of.key)}>×</button>
     </div>
     <${Refusal} at=${at} fields=${["picture"]} />
+    <${Photo} of=${of} at=${at} />
+    <${CropField} of=${of} at=${at} />
+    <${Refusal} at=${at} fields=${["crop"]} />
     <${SceneField} of=${of} at=${at} />
     <${MaskField} of=${of} at=${at} />
     <${Samples} of=${of} at=${at} />
@@ -127,7 +137,7 @@ const Card = ({ of, at, many }) => html`
 export const isShownAtField = () => {
   const wrong = searchStore.wrongPicture.value;
   return wrong !== null && wrong.view !== null && searchStore.draft.value.file !== null && searchStore.draft.value.kind === "image" && wrong.view < searchStore.draft.value.views.length
-    && ["picture", "mask", "scene", "light", "samples", "gain", "held_out"].includes(wrong.field);
+    && ["picture", "mask", "scene", "light", "samples", "gain", "held_out", "crop", "spot"].includes(wrong.field);
 };
 
 export function Pictures() {

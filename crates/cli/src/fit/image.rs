@@ -13,7 +13,7 @@ use brood_genome::Genome;
 use brood_inspect::LinearImage;
 use brood_mesh::BuiltinMesh;
 use brood_protocol::PictureFormat;
-use brood_scene::{ClipFrom, PictureSize, Sampling, Scene};
+use brood_scene::{ClipFrom, PictureSize, PixelArea, Sampling, Scene};
 use brood_target::{
     KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelStatus,
     ViewSetup,
@@ -57,6 +57,9 @@ struct ViewSpec {
     /// Code from which a channel counts as clipped: "auto", "off" or a number.
     #[serde(default)]
     clip_from: ClipFrom,
+    /// Part of the picture to use: first column and row, width and height. All by default.
+    #[serde(default)]
+    crop: Option<[u32; 4]>,
     /// True if the picture is only compared with the result, not fitted.
     #[serde(default)]
     held_out: bool,
@@ -91,12 +94,11 @@ pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<TargetPictures
     let extension = args.target.extension().and_then(|extension| extension.to_str());
     let sources = match extension.map(str::to_ascii_lowercase).as_deref() {
         Some("png" | "jpg" | "jpeg" | "hdr") => vec![single(args, renderer)?],
-        Some("exr") if !args.slice && (args.frame.scene.is_some() || args.mask.is_some()) => {
-            vec![single(args, renderer)?]
-        }
+        Some("exr") if !args.slice && is_picture(args) => vec![single(args, renderer)?],
         Some("json") => several(args, renderer)?,
         _ if args.mask.is_some() => bail!("--mask needs a picture as target"),
         _ if args.clip_from != ClipFrom::Auto => bail!("--clip-from needs a picture as target"),
+        _ if args.crop.is_some() => bail!("--crop needs a picture as target"),
         _ => return Ok(None),
     };
     // Pictures that are fitted come first.
@@ -124,6 +126,11 @@ pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<TargetPictures
     Ok(Some(TargetPictures { target, read, names }))
 }
 
+/// True if the arguments make an EXR a picture instead of an image slice.
+fn is_picture(args: &FitArgs) -> bool {
+    args.frame.scene.is_some() || args.mask.is_some() || args.crop.is_some()
+}
+
 /// The single picture of the command line.
 fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
     let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
@@ -137,6 +144,7 @@ fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
             sampling: args.frame.samples,
             is_gain_unknown: args.gain,
             clip_from: args.clip_from,
+            crop: args.crop,
             is_held_out: false,
         },
     })
@@ -153,6 +161,11 @@ fn several(args: &FitArgs, renderer: &Renderer) -> Result<Vec<Source>> {
     ensure!(
         args.clip_from == ClipFrom::Auto,
         "--clip-from is for a single picture; set \"clip_from\" of several pictures in {}",
+        name()
+    );
+    ensure!(
+        args.crop.is_none(),
+        "--crop is for a single picture; set \"crop\" of several pictures in {}",
         name()
     );
     let bytes = output::read_file(&args.target, JSON_BYTES)?;
@@ -200,6 +213,7 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
             sampling: spec.samples,
             is_gain_unknown: spec.gain,
             clip_from: spec.clip_from,
+            crop: spec.crop.map(|[x, y, width, height]| PixelArea { x, y, width, height }),
             is_held_out: spec.held_out,
             scene,
             mesh,
@@ -272,6 +286,7 @@ fn write(
         "gain": error.gain,
         "gain_solved": view.is_gain_unknown(),
         "clip_from": known.setting.clip_from,
+        "crop": known.setting.crop.map(|area| [area.x, area.y, area.width, area.height]),
         "clipped_from": view.clipped_from(),
         "exposure_ev": exposure_ev,
         "flip": flip,

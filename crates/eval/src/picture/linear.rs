@@ -5,6 +5,8 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
+use brood_scene::PixelArea;
+
 use crate::RadianceImage;
 use crate::film::decode_srgb;
 
@@ -71,6 +73,28 @@ pub fn decode_linear(bytes: &[u8], side: u32) -> Result<LinearPicture, LinearPic
 pub fn picture_size(bytes: &[u8]) -> Result<(u32, u32), LinearPictureError> {
     let format = image::guess_format(bytes).map_err(|_| LinearPictureError::Kind)?;
     Ok(ImageReader::with_format(Cursor::new(bytes), format).into_dimensions()?)
+}
+
+impl LinearPicture {
+    /// Returns a part of the picture, with its values unchanged.
+    ///
+    /// # Domain
+    /// `area` lies within the picture ([`PixelArea::is_within`]).
+    #[must_use]
+    pub fn cropped(&self, area: PixelArea) -> Self {
+        let rows = area.y..area.y + area.height;
+        let spans = rows.map(|row| {
+            let from = row as usize * self.width as usize + area.x as usize;
+            from..from + area.width as usize
+        });
+        Self {
+            width: area.width,
+            height: area.height,
+            pixels: spans.clone().flat_map(|span| self.pixels[span].iter().copied()).collect(),
+            clipped: spans.flat_map(|span| self.clipped[span].iter().copied()).collect(),
+            is_linear: self.is_linear,
+        }
+    }
 }
 
 impl From<&RadianceImage> for LinearPicture {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use brood_light::{AssetRef, Light};
 use brood_mesh::Mesh;
 use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, ViewSpec};
-use brood_scene::{ClipFrom, Sampling, Scene};
+use brood_scene::{ClipFrom, PixelArea, Sampling, Scene};
 use brood_target::{
     BundleError, BundledView, ImageTargetError, KnownView, PictureBundle, PicturesError,
     PixelCounts, TargetFileError, TargetKind, ViewError,
@@ -37,6 +37,7 @@ struct RequestedView {
     sampling: Sampling,
     is_gain_unknown: bool,
     clip_from: ClipFrom,
+    crop: Option<PixelArea>,
     is_held_out: bool,
     picture: Bytes,
     mask: Option<Bytes>,
@@ -59,7 +60,7 @@ pub(super) async fn read(
     let rays: u64 = asked.iter().map(rays).sum();
     if rays > limit::TARGET_RAYS {
         let words = format!(
-            "the pictures need {rays} samples; at most {} are allowed, and a search uses about 10,000 of them: make the picture smaller",
+            "the pictures need {rays} samples; at most {} are allowed, and a search uses about 10,000 of them: crop the picture or make it smaller",
             limit::TARGET_RAYS
         );
         return Err(ApiError::refused(words).at(all_at));
@@ -89,6 +90,7 @@ impl RequestedView {
             sampling: asked.sampling,
             is_gain_unknown: asked.is_gain_unknown,
             clip_from: asked.clip_from,
+            crop: asked.crop,
             is_held_out: asked.is_held_out,
             picture: asked.picture.to_vec(),
             mask: asked.mask.as_ref().map(|mask| mask.to_vec()),
@@ -106,6 +108,7 @@ fn alone(spec: &TargetSpec, parts: &Parts) -> Result<RequestedView, ApiError> {
         sampling: spec.samples.unwrap_or_default(),
         is_gain_unknown: spec.gain.unwrap_or_default(),
         clip_from: spec.clip_from.unwrap_or_default(),
+        crop: spec.crop.map(area),
         is_held_out: false,
         picture: parts.need("file")?.clone(),
         mask: parts.get("mask").cloned(),
@@ -140,6 +143,7 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<RequestedView>, ApiE
             sampling: view.samples.unwrap_or_default(),
             is_gain_unknown: view.gain,
             clip_from: view.clip_from.unwrap_or_default(),
+            crop: view.crop.map(area),
             is_held_out: view.held_out,
             picture,
             mask,
@@ -149,12 +153,17 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<RequestedView>, ApiE
     Ok(asked)
 }
 
+fn area([x, y, width, height]: [u32; 4]) -> PixelArea {
+    PixelArea { x, y, width, height }
+}
+
 /// Returns the number of samples of a picture, from its header; 0 if it is invalid and will be
 /// refused on reading.
 fn rays(one: &RequestedView) -> u64 {
     let (width, height) = brood_eval::picture_size(&one.picture).unwrap_or_default();
     let pixels = u64::from(width) * u64::from(height);
     let is_read = width.max(height) <= KnownView::SIDE_MOST;
+    let pixels = one.crop.map_or(pixels, |area| pixels.min(area.pixels()));
     if is_read { pixels * u64::from(one.sampling.min_rays()) } else { 0 }
 }
 
@@ -222,7 +231,7 @@ fn refusal(error: &TargetFileError, asked: &[RequestedView], all_at: &str) -> Ap
         BundleError::Pictures(PicturesError::View { index, error }) => {
             let most = match error {
                 ViewError::Picture(_) | ViewError::Mask(_) => REASON_CHARS,
-                ViewError::Large(..) | ViewError::Target(_) => 500,
+                ViewError::Large(..) | ViewError::Crop { .. } | ViewError::Target(_) => 500,
             };
             ApiError::refused(clean(&words, most)).at(pointer(error, &asked[*index]))
         }
@@ -235,6 +244,8 @@ fn pointer(error: &ViewError, one: &RequestedView) -> String {
     match error {
         ViewError::Picture(_) | ViewError::Large(..) => one.picture_at.clone(),
         ViewError::Mask(_) => at("/mask"),
+        ViewError::Crop { .. } => at("/crop"),
+        ViewError::Target(ImageTargetError::Small(..)) if one.crop.is_some() => at("/crop"),
         ViewError::Target(error) => match error {
             ImageTargetError::Small(..)
             | ImageTargetError::NotFinite(..)
@@ -252,6 +263,7 @@ fn pointer(error: &ViewError, one: &RequestedView) -> String {
 pub fn describe(known: &KnownView) -> TargetView {
     TargetView {
         size_px: known.size_px(),
+        crop: known.setting.crop.map(|area| [area.x, area.y, area.width, area.height]),
         scene: known.setting.scene.clone(),
         samples: known.setting.sampling,
         gain_solved: known.view.is_gain_unknown(),
