@@ -247,5 +247,5 @@ async fn steer_is_refused_when_its_words_or_the_brood_do_not_allow_it() {
     }
     let body = json!({"parents": parents, "steer": ["purple"]});
     let answer = server.post(&lineage.path("/generations"), &body).await;
-    assert_eq!(answer.problem(422)["pointer"], "/steer/0");
+    assert_eq!(answer.problem(400)["pointer"], "/steer/0");
 }
