@@ -202,11 +202,12 @@ fn of_seed(args: &BenchAmountArgs, seed: u64) -> Result<Finding> {
     Ok(Finding {
         name: "amount",
         note: format!(
-            "{} random parents of each kind, none black; one child of each at each amount, without redraws; {amounts} of \
-             mutation; mean FLIP (0 same, 1 opposite) and Delta E_ITP (1 just visible) over the object at {} pixels with \
-             automatic exposure, mean of the default light and one {OTHER_LIGHT_DEG} degrees on; `unrelated` is the mean FLIP \
-             between two parents. A larger amount should increase the mean from the parent and from the first parent, and \
-             decrease that from the second; `against` is 1 where it does not",
+            "{} random parents of each kind, none black; one child of each at each amount, without \
+             redraws; {amounts} of mutation; mean FLIP (0 same, 1 opposite) and Delta E_ITP (1 just \
+             visible) over the object at {} pixels with automatic exposure, mean of the default \
+             light and one {OTHER_LIGHT_DEG} degrees on; `unrelated` is the mean between two \
+             parents. A larger amount should increase the mean from the parent and from the first \
+             parent, and decrease that from the second; `against` is 1 where it does not",
             args.count, args.size,
         ),
         table: table(&effects),

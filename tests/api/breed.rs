@@ -193,7 +193,12 @@ async fn steered_brood_is_repeatable_and_its_words_are_stored_and_exported() {
     let server = TestServer::start();
     let lineage = TestLineage::new(&server).await;
     let parent = ids(&lineage.random(1).await)[0].clone();
-    let body = |steer: Value| json!({"parents": [parent], "count": 6, "seed": 4, "curation": "diverse", "steer": steer});
+    let body = |steer: Value| {
+        let given = json!({"parents": [parent], "count": 6, "seed": 4});
+        let mut body = json!({"curation": "diverse", "steer": steer});
+        body.as_object_mut().unwrap().extend(given.as_object().unwrap().clone());
+        body
+    };
     let steered = lineage.breed(body(json!(["warmer", "glossier"]))).await;
     assert_eq!(steered["steer"], json!(["warmer", "glossier"]));
     assert_eq!(hashes(&lineage.breed(body(json!(["warmer", "glossier"]))).await), hashes(&steered));
@@ -242,5 +247,5 @@ async fn steer_is_refused_when_its_words_or_the_brood_do_not_allow_it() {
     }
     let body = json!({"parents": parents, "steer": ["purple"]});
     let answer = server.post(&lineage.path("/generations"), &body).await;
-    assert_eq!(answer.problem(422)["pointer"], "/steer/0");
+    assert_eq!(answer.problem(400)["pointer"], "/steer/0");
 }

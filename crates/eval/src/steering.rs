@@ -209,8 +209,8 @@ impl DrawScorer for SteerScorer<'_> {
         (Preview::of(program), Appearance::of(program))
     }
 
-    /// Returns a lower score for draws that do not follow all words, by the degree to which they do,
-    /// and a still lower one for black draws.
+    /// Returns a lower score for draws that do not follow all words, by the degree to which they
+    /// do, and a still lower one for black draws.
     fn score(&self, (look, own): &Self::Features, taken: &[Self::Features]) -> f32 {
         // The parents are each listed as they are, then under the brood's constraints and colours.
         let (_, parent) = &taken[1];

@@ -25,7 +25,8 @@ const METAL: f64 = 0.7;
 
 /// Mutates the constants of a believable program. Channels of the mask `kept`, red in the lowest
 /// bit, stay the same function; then the others change in colour only. A steer keeps the hue of
-/// each term, or everything but the shape of the highlights. Returns false if the program is not believable.
+/// each term, or everything but the shape of the highlights. Returns false if the program is not
+/// believable.
 pub(crate) fn mutate(
     (instructions, constants): (&[Instruction], &mut [[f32; 4]; CONSTANTS]),
     mutation: f32,
