@@ -21,7 +21,7 @@ class PhotoStore {
    * @type {Signal<Map<string, Arrays|string>>}
    */
   meshes = signal(new Map());
-  /** What a drag on a mesh does. @type {Signal<"move"|"turn">} */
+  /** Effect of a drag on a mesh. @type {Signal<"move"|"turn">} */
   dragMode = signal("move");
 }
 
