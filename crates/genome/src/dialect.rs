@@ -182,6 +182,19 @@ impl Dialect {
     }
 }
 
+/// Overrides of the lineage's dialect. The genomes of the children contain the result.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
+#[serde(deny_unknown_fields)]
+pub struct DialectConstraints {
+    /// True: programs read 0 for the inputs p5 and p6, so materials are isotropic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub isotropic: Option<bool>,
+    /// True: programs read 0 for u and v, so materials are homogeneous.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub homogeneous: Option<bool>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -51,7 +51,7 @@ mod variation;
 pub use arithmetic::{Arithmetic, Function};
 pub use brood_brdf::named_enum;
 pub use bytes::{BytesError, GenomeHash, HashError};
-pub use dialect::{Dialect, DialectError, InitialValue, OpcodeSet};
+pub use dialect::{Dialect, DialectConstraints, DialectError, InitialValue, OpcodeSet};
 pub use expand::{ScalarMachine, expand};
 pub use functions::Functions;
 pub use genome::{Genome, GenomeError, LAYERS_MAX};
@@ -68,7 +68,7 @@ pub use range::RANGE;
 pub use start::Start;
 pub use steer::{Steer, SteerError};
 pub use text::TextError;
-pub use variation::{DialectConstraints, MutationScale, Variation};
+pub use variation::{MutationScale, Variation};
 
 pub use brood_brdf::{
     Input, InputMask, Model, ModelKind, Parameter, ParameterKind, ParameterScale, Parametrisation,

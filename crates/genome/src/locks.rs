@@ -170,7 +170,7 @@ pub(crate) struct ResolvedLocks {
     /// no channel is locked.
     needed: Vec<[u8; REGISTERS]>,
     layers: LockedLayers,
-    /// What else stays because of a steer.
+    /// Parts that a steer keeps besides.
     kept: Kept,
 }
 
