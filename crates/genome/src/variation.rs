@@ -10,7 +10,7 @@ mod strength;
 use crate::believable;
 use crate::locks::ResolvedLocks;
 use crate::steer::Kept;
-use crate::{BirthKey, Dialect, Genome, Locks, Output, Start, Steer};
+use crate::{BirthKey, Dialect, DialectConstraints, Genome, Locks, Output, Start, Steer};
 use draft::Draft;
 pub use strength::MutationScale;
 
