@@ -214,7 +214,7 @@ impl PictureBundle {
             return Err(BundleError::TooLarge(bytes.len()));
         }
         let malformed = |error: String| BundleError::Malformed(error);
-        let (settings, crops, read) = settings_and_views(bytes)?;
+        let (settings, crops, read) = contents(bytes)?;
         if settings.len() != read.views.len() || crops.len() != read.views.len() {
             let counts = (settings.len(), crops.len());
             return Err(malformed(format!(
@@ -325,10 +325,11 @@ impl BundledView {
     }
 }
 
-/// Decodes a file of any version: settings of clipping, crops, and views.
-fn settings_and_views(
-    bytes: &[u8],
-) -> Result<(Vec<ClipFrom>, Vec<Option<PixelArea>>, Read<'_>), BundleError> {
+/// Settings of clipping and crops, one of each for a view, and the views.
+type Contents<'a> = (Vec<ClipFrom>, Vec<Option<PixelArea>>, Read<'a>);
+
+/// Decodes a file of any version.
+fn contents(bytes: &[u8]) -> Result<Contents<'_>, BundleError> {
     if let Some(body) = bytes.strip_prefix(MAGIC) {
         return decoded(body);
     }
