@@ -18,7 +18,7 @@ export function Steering() {
   const centre = lineageStore.centre.value;
   const genome = centre ? (lineageStore.genomes.value.get(centre.hash) ?? null) : null;
   return html`
-    <div role="group" aria-labelledby="steer-title" data-testid="steering">
+    <div class="steering" role="group" aria-labelledby="steer-title" data-testid="steering">
       <p class="small" id="steer-title">Steer the next brood</p>
       <div class="chips">
         ${STEERS.map(({ word, name, title }) => {
