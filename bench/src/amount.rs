@@ -32,7 +32,7 @@ pub struct BenchAmountArgs {
     /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
-    /// Take amounts as those of the operators, from which the visible amount is calibrated
+    /// Take the amounts as amounts of the operators, from which the visible amount is calibrated
     #[arg(long)]
     operators: bool,
     #[command(flatten)]

@@ -44,6 +44,20 @@ export class BroodPage {
     return this.id(`cell-${slot}`);
   }
 
+  /** Waits until the pictures of a part of the page are loaded: at least `least`. */
+  drawn(id, least) {
+    return this.page.waitForFunction(
+      ([name, count]) => {
+        const images = [...document.querySelectorAll(`[data-testid=${name}] img`)];
+        return (
+          images.length >= count &&
+          images.every((image) => image.complete && image.naturalWidth > 0)
+        );
+      },
+      [id, least],
+    );
+  }
+
   /** Asserts that nothing in an element sticks out sideways. */
   async fits(element) {
     const sideways = await element.evaluate((it) => it.scrollWidth - it.clientWidth);

@@ -113,18 +113,6 @@ async function drag(app, from, to) {
   await app.page.mouse.up();
 }
 
-/** Waits until the pictures of a part of the page are loaded. */
-const drawn = (page, id, least) =>
-  page.waitForFunction(
-    ([name, count]) => {
-      const images = [...document.querySelectorAll(`[data-testid=${name}] img`)];
-      return (
-        images.length >= count && images.every((image) => image.complete && image.naturalWidth > 0)
-      );
-    },
-    [id, least],
-  );
-
 /** Reads the picture, and returns its view as the server understood it. */
 async function understood(app) {
   const answered = app.page.waitForResponse(
@@ -134,7 +122,7 @@ async function understood(app) {
   const answer = await answered;
   assert.equal(answer.status(), 201, await answer.text());
   await app.id("target-understood").waitFor();
-  await drawn(app.page, "target-understood", 4);
+  await app.drawn("target-understood", 4);
   return answer.json();
 }
 
@@ -213,7 +201,7 @@ export async function photo(app, step, shot, base) {
     await app.id("search-budget").fill("300");
     await app.id("search-start").click();
     await app.id("job-state").filter({ hasText: "done" }).waitFor();
-    await drawn(page, "found-pair", 3);
+    await app.drawn("found-pair", 3);
     const row = app.id("found-views").locator("tbody tr").first();
     const [, rmse, flip] = await row.getByRole("cell").allInnerTexts();
     console.log(`a fit with RMSE ${rmse}, FLIP ${flip}`);

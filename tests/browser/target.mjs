@@ -33,18 +33,6 @@ async function sceneText(app) {
   return JSON.stringify(json, null, 1);
 }
 
-/** Waits until all pictures of a part of the page are loaded. */
-const drawn = (page, id, least) =>
-  page.waitForFunction(
-    ([name, count]) => {
-      const images = [...document.querySelectorAll(`[data-testid=${name}] img`)];
-      return (
-        images.length >= count && images.every((image) => image.complete && image.naturalWidth > 0)
-      );
-    },
-    [id, least],
-  );
-
 /** Opacity of the upper picture, in percent. */
 const seen = async (app, pair) =>
   Number(await app.id(pair).locator("[data-seen]").getAttribute("data-seen"));
@@ -100,7 +88,7 @@ export async function target(app, step, shot, base) {
       assert.ok(await app.id("search-start").isDisabled(), "nothing was read yet");
       await app.id("views-read").click();
       await app.id("target-understood").waitFor();
-      await drawn(page, "target-understood", 4);
+      await app.drawn("target-understood", 4);
       const statuses = await app.id("pixel-statuses").innerText();
       assert.match(statuses, /used[\s\S]*background/);
       assert.equal((await app.api("/v1/jobs")).items.length, length);
@@ -168,7 +156,7 @@ export async function target(app, step, shot, base) {
       await app.id("views-read").click();
       await app.id("target-understood").waitFor();
       await app.id("understood-views").getByRole("radio", { name: "2 held out" }).check();
-      await drawn(page, "target-understood", 4);
+      await app.drawn("target-understood", 4);
       await app.id("search-strategy").selectOption("lobes");
       await page.getByRole("radio", { name: "evaluations" }).check();
       await app.id("search-budget").fill("300");
@@ -183,7 +171,7 @@ export async function target(app, step, shot, base) {
   await step(
     "shows both pictures over the result, and the result under another light",
     async () => {
-      await drawn(page, "found-pair", 3);
+      await app.drawn("found-pair", 3);
       const rows = app.id("found-views").locator("tbody tr");
       assert.equal(await rows.count(), 2);
       const [, rmse, flip] = await rows.first().getByRole("cell").allInnerTexts();
@@ -219,8 +207,8 @@ export async function target(app, step, shot, base) {
     await page.keyboard.press("t");
     const name = () => app.id("centre").getAttribute("aria-label");
     assert.match(await name(), /the target is shown in its place/);
-    await drawn(page, "target-in-centre", 1);
-    await drawn(page, "active-target-sides", 2);
+    await app.drawn("target-in-centre", 1);
+    await app.drawn("active-target-sides", 2);
     await shot("67-target-in-centre");
     await app.accessible("the target in the centre");
     const { generations } = await app.api(`/v1/lineages/${job.lineage}`);
@@ -262,7 +250,7 @@ export async function targetByFinger(app, step, shot, base) {
     await shot("68-narrow-target");
     await app.id("views-read").tap();
     await app.id("target-understood").waitFor();
-    await drawn(page, "target-understood", 4);
+    await app.drawn("target-understood", 4);
     await app.id("understood-flip").tap();
     assert.equal(await seen(app, "understood"), 100);
     await app.fits(app.id("searches-dialog"));

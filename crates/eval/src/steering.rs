@@ -8,6 +8,7 @@ use std::sync::OnceLock;
 
 use brood_brdf::Input;
 use brood_genome::{Genome, ModelKind, Steer};
+use brood_light::units::luminance;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
 use brood_scene::{SampleSet, Sampling, Scene};
@@ -140,11 +141,6 @@ fn reflected(program: &Program, set: &SampleSet, lit: &SampleSet) -> Vec<[f64; 3
     (0..count).map(|at| [0, 1, 2].map(|c| channel(at, c))).collect()
 }
 
-/// Relative luminance of linear RGB with the primaries of BT.709.
-fn luminance([r, g, b]: [f64; 3]) -> f64 {
-    0.2126 * r + 0.7152 * g + 0.0722 * b
-}
-
 /// Share of the light that differs.
 fn pattern(here: &[[f64; 3]], elsewhere: &[[f64; 3]]) -> f64 {
     let (mut apart, mut sum) = (0.0, 0.0);
@@ -175,7 +171,7 @@ fn body_colour(light: &[[f64; 3]], luminances: &[f64]) -> [f64; 2] {
 /// a* and b* of linear RGB with the primaries of BT.709 and the white point D65.
 fn lab([r, g, b]: [f64; 3]) -> [f64; 2] {
     let x = (0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505;
-    let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+    let y = luminance([r, g, b]);
     let z = (0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089;
     // The linear part near 0 of CIELAB.
     let curve = |t: f64| if t > 0.008_856 { libm::cbrt(t) } else { 7.787 * t + 16.0 / 116.0 };

@@ -160,8 +160,8 @@ fn is_colour(parameter: &Parameter) -> bool {
     matches!(parameter.kind, ParameterKind::Color { .. }) || TINTS.contains(&parameter.name)
 }
 
-/// Parts of the first parent that its children keep because of a steer, where a genome shows what
-/// its colour and its gloss are.
+/// Parts of the first parent that a steer keeps. Only models and believable programs have
+/// parameters of which colour or gloss is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Kept {
     /// Colours stay.
