@@ -209,6 +209,10 @@ async fn file_is_refused_when_breeding_could_not_have_made_its_history() {
         assert_eq!(answer.status, 422, "{pointer}: {}", answer.text());
         assert_eq!(answer.json()["pointer"], at, "{}", answer.text());
     }
+    let mut changed = file.clone();
+    changed["generations"][1]["steer"] = json!(["warmer", "cooler"]);
+    let answer = server.post("/v1/lineages/import", &changed).await;
+    assert_eq!(answer.problem(422)["pointer"], "/generations/1/steer");
 }
 
 #[tokio::test(flavor = "multi_thread")]

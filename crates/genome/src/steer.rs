@@ -96,15 +96,12 @@ pub enum SteerError {
 }
 
 impl Steer {
-    /// Checks that the words can be combined and that a child of these parents can follow them.
+    /// Checks that the words can be combined.
     ///
     /// # Errors
-    /// Returns [`SteerError`] for the first word that does not fit. Without words there is none.
-    pub fn check(
-        words: &[Self],
-        parents: &[&Genome],
-        constraints: DialectConstraints,
-    ) -> Result<(), SteerError> {
+    /// Returns [`SteerError::Twice`] or [`SteerError::Contradiction`] for the first word that
+    /// does not fit.
+    pub fn check_words(words: &[Self]) -> Result<(), SteerError> {
         for (at, word) in words.iter().enumerate() {
             for before in &words[..at] {
                 let (word, before) = (*word, *before);
@@ -117,6 +114,19 @@ impl Steer {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// Checks that the words can be combined and that a child of these parents can follow them.
+    ///
+    /// # Errors
+    /// Returns [`SteerError`] for the first word that does not fit. Without words there is none.
+    pub fn check(
+        words: &[Self],
+        parents: &[&Genome],
+        constraints: DialectConstraints,
+    ) -> Result<(), SteerError> {
+        Self::check_words(words)?;
         if words.is_empty() {
             return Ok(());
         }

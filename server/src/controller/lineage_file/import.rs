@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_eval::express;
-use brood_genome::{Dialect, Genome, GenomeHash, Model, live_instructions};
+use brood_genome::{Dialect, Genome, GenomeHash, Model, Steer, live_instructions};
 use brood_mesh::Mesh;
 use brood_protocol::{
     GenerationId, IndividualId, LightAssetKind, Lineage, LineageId, ParentRef, PatchIndividual,
@@ -183,6 +183,9 @@ impl Assembly<'_> {
         let options = from.options();
         if let Err(error) = options.check_amounts() {
             return refuse(error.field, &error.to_string());
+        }
+        if let Err(error) = Steer::check_words(&options.steer) {
+            return refuse("steer", &error.to_string());
         }
         // Only broods that breeding could have made are accepted: the history must be repeatable.
         let all_by = |name| from.individuals.iter().all(|one| one.operator == name);
