@@ -43,17 +43,33 @@ pub struct BenchFrameArgs {
     /// Random models instead of random programs
     #[arg(long)]
     models: bool,
+    /// Inputs of programs; by default `any` under the point light, `even` in an environment
+    #[arg(long)]
+    surface: Option<Surface>,
     #[command(flatten)]
     common: CommonArgs,
 }
 
+/// Inputs that random programs may read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+enum Surface {
+    /// Isotropic and homogeneous, as most models: environments are tabulated
+    Even,
+    /// Isotropic, with u and v
+    Textured,
+    /// All inputs
+    Any,
+}
+
 impl BenchFrameArgs {
-    /// Returns new materials. Under an environment programs are isotropic and homogeneous,
-    /// as models are: that light is then prefiltered.
+    /// Returns new materials.
     fn genomes(&self, seed: u64) -> Vec<Genome> {
-        let even = self.environment.is_some();
+        let default = if self.environment.is_some() { Surface::Even } else { Surface::Any };
+        let surface = self.surface.unwrap_or(default);
         let length = if self.models { 0 } else { Dialect::default().length };
-        let dialect = Dialect { isotropic: even, homogeneous: even, length, ..Dialect::default() };
+        let isotropic = surface != Surface::Any;
+        let homogeneous = surface == Surface::Even;
+        let dialect = Dialect { isotropic, homogeneous, length, ..Dialect::default() };
         let random = Variation::random(dialect);
         (0..self.programs).map(|slot| random.birth(BirthKey { seed, slot, attempt: 0 })).collect()
     }

@@ -12,7 +12,7 @@ use brood_program::Program;
 use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
 use brood_scene::{
-    Film, LobeTable, MeshRef, PictureSize, PrefilteredLight, SampleSet, Sampling, Scene,
+    Film, LobeShape, LobeTable, MeshRef, PictureSize, PrefilteredLight, SampleSet, Sampling, Scene,
 };
 use moka::sync::Cache;
 
@@ -126,6 +126,11 @@ impl<'a> SceneView<'a> {
         SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)
     }
 
+    /// Samples a part of the picture with environments for `lobes`. Not cached: the sets are large.
+    pub(crate) fn render_direct(&self, raster: Raster, lobes: LobeShape) -> SampleSet {
+        SampleSet::render_direct(self.mesh, self.scene, self.assets, raster, lobes)
+    }
+
     fn render_prefiltered(&self, raster: Raster) -> (SampleSet, PrefilteredLight) {
         SampleSet::render_prefiltered(self.mesh, self.scene, self.assets, raster)
     }
@@ -136,9 +141,10 @@ impl<'a> SceneView<'a> {
         &self,
         (size_px, samples): (PictureSize, u16),
         pixels: &[(u32, u32)],
+        lobes: Option<LobeShape>,
     ) -> SampleSet {
         let (scene, mesh, assets) = (self.scene, self.mesh, self.assets);
-        SampleSet::render_pixels(mesh, scene, assets, (size_px, samples), pixels)
+        SampleSet::render_pixels(mesh, scene, assets, (size_px, samples), pixels, lobes)
     }
 
     fn set_key(&self, raster: Raster) -> blake3::Hash {

@@ -29,14 +29,14 @@ impl EncodedPicture {
     pub(crate) fn of(
         format: PictureFormat,
         program: &Program,
-        picture: &EvaluatedPicture<'_>,
+        picture: &dyn EvaluatedPicture,
     ) -> Result<Self, RenderError> {
         let encoded = match format {
             PictureFormat::Png => Self::png(&picture.develop()?),
             PictureFormat::Exr => Self::exr(&picture.radiance()?)?,
             PictureFormat::Spheres => return Err(no_spheres()),
         };
-        let samples = picture.samples;
+        let samples = picture.samples();
         Ok(Self { samples, operations: samples * program.operations() as u64, ..encoded })
     }
 

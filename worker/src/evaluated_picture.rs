@@ -15,8 +15,20 @@ use crate::cache::{Caches, Raster, SceneView};
 use crate::error::RenderError;
 use crate::evaluator::Evaluators;
 
+/// Evaluated picture of one program.
+pub(crate) trait EvaluatedPicture {
+    /// Returns the developed picture.
+    fn develop(&self) -> Result<Developed, RenderError>;
+
+    /// Returns the picture as linear radiance.
+    fn radiance(&self) -> Result<RadianceImage, RenderError>;
+
+    /// Returns the number of samples evaluated, without those of rough pixels.
+    fn samples(&self) -> u64;
+}
+
 /// Evaluated samples of one program.
-pub(crate) struct EvaluatedPicture<'a> {
+pub(crate) struct SampledPicture<'a> {
     pub(crate) set: &'a SampleSet,
     pub(crate) f: &'a [f32],
     pub(crate) gain: Gain,
@@ -56,6 +68,17 @@ pub(crate) struct Refiner<'a> {
     pub(crate) tiles: &'a FineTiles,
 }
 
+impl Refiner<'_> {
+    /// Returns the evaluator of supersampled pixels. They have too few samples for a GPU; the exact
+    /// evaluators compute the same bits.
+    pub(crate) fn fine_backend(&self) -> Backend {
+        match self.frame.backend {
+            Backend::Reference => Backend::Reference,
+            Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
+        }
+    }
+}
+
 /// Fine samples of the tiles of one view, looked up once for all programs of a batch.
 pub(crate) struct FineTiles {
     size_px: PictureSize,
@@ -84,9 +107,8 @@ impl FineTiles {
     }
 }
 
-impl EvaluatedPicture<'_> {
-    /// Returns the developed picture.
-    pub(crate) fn develop(&self) -> Result<Developed, RenderError> {
+impl EvaluatedPicture for SampledPicture<'_> {
+    fn develop(&self) -> Result<Developed, RenderError> {
         let mut developed = match &self.prefiltered {
             Some(light) => develop_exposed(light.image, self.gain),
             None => develop_samples(self.set, self.f, self.gain),
@@ -105,16 +127,15 @@ impl EvaluatedPicture<'_> {
         })
     }
 
-    /// Returns the picture as linear radiance.
-    pub(crate) fn radiance(&self) -> Result<RadianceImage, RenderError> {
+    fn radiance(&self) -> Result<RadianceImage, RenderError> {
         let mut image = shade(self.set, self.f);
         let Refiner { caches, evaluators, view, frame, program, .. } = &self.refiner;
-        let backend = self.fine_backend();
+        let backend = self.refiner.fine_backend();
         let Refinement { pixels, samples } = refine_radiance(
             &mut image,
             (self.set, self.f),
             self.automatic_gain()?,
-            |rays, pixels| view.render_pixels((frame.size_px, rays), pixels),
+            |rays, pixels| view.render_pixels((frame.size_px, rays), pixels, None),
             |set, f| evaluators.eval(backend, &[*program], set, f),
         )?;
         caches.counters.add(RenderStats {
@@ -131,6 +152,12 @@ impl EvaluatedPicture<'_> {
         })
     }
 
+    fn samples(&self) -> u64 {
+        self.samples
+    }
+}
+
+impl SampledPicture<'_> {
     /// Evaluates all rough pixels and calls `put` with each pixel's index and radiance.
     fn refine(
         &self,
@@ -141,7 +168,7 @@ impl EvaluatedPicture<'_> {
             return Ok(());
         }
         let Refiner { caches, evaluators, view, program, tiles, .. } = &self.refiner;
-        let backend = self.fine_backend();
+        let backend = self.refiner.fine_backend();
         let with_set = |rough| (rough, tiles.set(caches, view, rough));
         let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
         let mut f = Vec::new();
@@ -172,17 +199,8 @@ impl EvaluatedPicture<'_> {
         let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
         let set = caches.sample_set_nonblocking(view, raster);
         let mut f = Vec::new();
-        evaluators.eval(self.fine_backend(), &[*program], &set, &mut f)?;
+        evaluators.eval(self.refiner.fine_backend(), &[*program], &set, &mut f)?;
         Ok(Gain::new(Exposure::Auto, &set, &f))
-    }
-
-    /// Returns the evaluator of supersampled pixels. They have too few samples for a GPU; the exact
-    /// evaluators compute the same bits.
-    fn fine_backend(&self) -> Backend {
-        match self.refiner.frame.backend {
-            Backend::Reference => Backend::Reference,
-            Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
-        }
     }
 
     /// Returns the requested part in pixels of the set's image, or `None` if it is the whole image.

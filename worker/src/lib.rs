@@ -24,6 +24,7 @@
 //! ```
 
 mod backoff;
+mod banded_picture;
 mod bounded_cache;
 mod cache;
 mod encoded_picture;
@@ -41,6 +42,7 @@ mod render_worker;
 mod renderer;
 mod search;
 mod search_run;
+mod shot;
 mod subject;
 mod target_cache;
 mod view_comparison;

@@ -15,28 +15,18 @@ use brood_scene::{
 };
 use rayon::prelude::*;
 
+use crate::banded_picture::banded_images;
 use crate::bounded_cache::BoundedCache;
 use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, SceneView};
 use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
-use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner};
+use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner, SampledPicture};
 use crate::evaluator::Evaluators;
 use crate::render_counters::micros;
+use crate::shot::{BATCH_FLOATS, Method, Shot};
 use crate::target_cache::TargetCache;
 
-/// Number of f32 values evaluated at once. Larger requests are split: a brood of 256 at 2048 x 2048
-/// would take 13 GB.
-const BATCH_FLOATS: usize = 32 << 20;
 const DEFAULT_CACHE_BYTES: u64 = 256 << 20;
-
-/// View, frame and film of a batch of pictures.
-struct Shot<'a> {
-    view: SceneView<'a>,
-    frame: &'a Frame,
-    film: Film,
-    /// Requested part of the picture.
-    area: PixelArea,
-}
 
 /// Renders frames with one choice of evaluator, and caches meshes, sample sets and programs.
 pub struct Renderer {
@@ -257,7 +247,7 @@ impl Renderer {
         frame: &Frame,
         mesh: &LoadedMesh,
         programs: &[&Program],
-        finish: impl Fn(&Program, &EvaluatedPicture<'_>) -> Result<T, RenderError> + Sync,
+        finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
         let scene = frame.scene()?;
         scene.validate()?;
@@ -270,23 +260,23 @@ impl Renderer {
         let assets = self.loaded_assets();
         let view = SceneView::new(&scene, mesh, &assets);
         let shot = Shot { view, frame, film: scene.film, area };
-        let is_prefiltered = |program: &Program| {
-            sampling == Sampling::Adaptive && scene.is_prefilterable() && is_prefilterable(program)
-        };
-        let of_kind = |kind: bool| {
-            let pairs = programs.iter().enumerate();
-            pairs.filter(move |(_, program)| is_prefiltered(program) == kind)
-        };
+        let prefilters = sampling == Sampling::Adaptive && scene.is_prefilterable();
+        let method = |program: &Program| Method::of(program, prefilters);
         let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
-        for kind in [true, false] {
-            let (places, own): (Vec<usize>, Vec<&Program>) = of_kind(kind).unzip();
+        for own_method in Method::ALL {
+            let pairs = programs.iter().enumerate();
+            let own = pairs.filter(|(_, program)| method(program) == own_method);
+            let (places, own): (Vec<usize>, Vec<&Program>) = own.unzip();
             if own.is_empty() {
                 continue;
             }
-            let images = if kind {
-                self.prefiltered_images(&shot, &own, &finish)?
-            } else {
-                self.sampled_images(&shot, &own, &finish)?
+            let images = match own_method {
+                Method::Samples => self.sampled_images(&shot, &own, &finish)?,
+                Method::Tables => self.prefiltered_images(&shot, &own, &finish)?,
+                Method::Direct(lobes) => {
+                    let tools = (&self.caches, &self.evaluators);
+                    banded_images(&shot, lobes, &own, tools, &mut self.buffer(), &finish)?
+                }
             };
             for (place, image) in places.into_iter().zip(images) {
                 done[place] = Some(image);
@@ -300,7 +290,7 @@ impl Renderer {
         &self,
         shot: &Shot<'_>,
         programs: &[&Program],
-        finish: impl Fn(&Program, &EvaluatedPicture<'_>) -> Result<T, RenderError> + Sync,
+        finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
         let Shot { view, frame, film, area } = shot;
         let (size_px, sampling) = (frame.size_px, frame.sampling);
@@ -319,7 +309,7 @@ impl Renderer {
                 None => Gain::new(*film, &set, f),
             };
             let samples = set.len() as u64;
-            let picture = EvaluatedPicture {
+            let picture = SampledPicture {
                 set: &set,
                 f,
                 gain,
@@ -338,15 +328,11 @@ impl Renderer {
         &self,
         shot: &Shot<'_>,
         programs: &[&Program],
-        finish: impl Fn(&Program, &EvaluatedPicture<'_>) -> Result<T, RenderError> + Sync,
+        finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
         let Shot { view, frame, film, area } = shot;
         let size_px = frame.size_px;
-        // Automatic exposure measures the whole picture, from which the part is cut.
-        let lit_area = match film.exposure {
-            Exposure::Auto => PixelArea::whole(size_px),
-            Exposure::Ev(_) => area.with_border(size_px),
-        };
+        let lit_area = shot.lit_area();
         let raster = Raster { size_px, sampling: Sampling::Adaptive, area: lit_area };
         let made = self.caches.prefiltered(view, raster);
         let others = view.scene().without_environments();
@@ -371,8 +357,7 @@ impl Renderer {
                 let prefiltered = Some(Prefiltered { image: &image, radiance: &radiance[index] });
                 let samples = (set.len() + LobeNodes::get().set().len()) as u64;
                 let area = *area;
-                let picture =
-                    EvaluatedPicture { set, f, gain, area, refiner, prefiltered, samples };
+                let picture = SampledPicture { set, f, gain, area, refiner, prefiltered, samples };
                 finish(program, &picture)
             };
             done.extend(self.evaluated((&refined, frame), programs, set, develop)?);

@@ -74,7 +74,7 @@ fn area_equals_crop_of_whole_picture() {
 
 #[test]
 fn pictures_under_an_environment_do_not_depend_on_batch_area_or_caches() {
-    // With and without the inputs u and v: prefiltered and sampled in one batch.
+    // With and without the inputs u and v: by tables and direct in one batch.
     let mixed = programs(4);
     let even = Dialect { isotropic: true, homogeneous: true, ..Dialect::default() };
     let random = Variation::random(even);
@@ -82,23 +82,31 @@ fn pictures_under_an_environment_do_not_depend_on_batch_area_or_caches() {
     let even: Vec<Program> = (0..3).map(|slot| Program::lower(&birth(slot))).collect();
     let all: Vec<&Program> = mixed.iter().chain(&even).collect();
     let lights = r#"{"mesh": "knob", "lights": [{"kind": "environment", "image": "studio", "samples": 4}, {}]}"#;
-    let scene: Scene = serde_json::from_str(lights).unwrap();
-    let how = (PictureFormat::Png, Backend::Cpu);
-    let frame = Frame::new(&scene, MeshSource::Builtin, 40, Sampling::Adaptive, how);
+    let mut scene: Scene = serde_json::from_str(lights).unwrap();
     let renderer = Renderer::new(Backend::Cpu);
     let mesh = renderer.builtin(BuiltinMesh::Knob);
-    let together = renderer.develop(&frame, &mesh, &all).unwrap();
     let area: PixelArea = "11,6,17,21".parse().unwrap();
-    let part = frame.clone().with_area(Some(area));
-    for (program, whole) in all.iter().zip(&together) {
-        let fresh = Renderer::new(Backend::Cpu);
-        assert_eq!(fresh.develop(&frame, &mesh, &[program]).unwrap()[0], *whole);
-        assert_eq!(fresh.develop(&part, &mesh, &[program]).unwrap()[0], whole.crop(area));
-        let linear = |frame: &Frame| {
-            fresh.images(frame, &mesh, &[program], |_, image| image.radiance()).unwrap().remove(0)
+    for exposure in [Exposure::Auto, Exposure::Ev(0.5)] {
+        scene.film.exposure = exposure;
+        let frame = |format: PictureFormat| {
+            let how = (format, Backend::Cpu);
+            Frame::new(&scene, MeshSource::Builtin, 40, Sampling::Adaptive, how)
         };
-        let cut = linear(&frame).crop(area);
-        assert_eq!(linear(&part).premultiplied(), cut.premultiplied());
+        let (linear_frame, frame) = (frame(PictureFormat::Exr), frame(PictureFormat::Png));
+        let together = renderer.develop(&frame, &mesh, &all).unwrap();
+        let part = frame.clone().with_area(Some(area));
+        for (program, whole) in all.iter().zip(&together) {
+            let fresh = Renderer::new(Backend::Cpu);
+            assert_eq!(fresh.develop(&frame, &mesh, &[program]).unwrap()[0], *whole);
+            assert_eq!(fresh.develop(&part, &mesh, &[program]).unwrap()[0], whole.crop(area));
+            let linear = |frame: &Frame| {
+                let image = fresh.images(frame, &mesh, &[program], |_, image| image.radiance());
+                image.unwrap().remove(0)
+            };
+            let cut = linear(&linear_frame).crop(area);
+            let part = linear(&linear_frame.clone().with_area(Some(area)));
+            assert!(part.premultiplied() == cut.premultiplied(), "linear parts differ");
+        }
     }
 }
 
@@ -212,6 +220,40 @@ fn uploaded_mesh_is_rejected_when_content_hash_differs() {
     assert!(renderer.uploaded(&hash).is_none());
     renderer.cache_uploaded(&hash, mesh).unwrap();
     assert!(renderer.uploaded(&hash).is_some());
+}
+
+#[test]
+fn direct_pictures_in_an_environment_are_close_to_many_samples() {
+    // A texture of stripes, some of them finer than a pixel, and a streak along the tangents.
+    let stripes = "brood 1\n.dialect paper smooth registers 7\n.const C0 24 0.3 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\nMUL R0, R0, C0.y\n";
+    let streak = "brood 1\n.model ward\nspecular 0.4 0.3 0.2\nalpha_x 0.1\nalpha_y 0.4\n";
+    for (text, bound) in [(stripes, 2.5), (streak, 3.0)] {
+        let program = Program::lower(&text.parse().unwrap());
+        let lights = r#"{"film": {"exposure": 0},
+            "lights": [{"kind": "environment", "image": "studio", "samples": 256}]}"#;
+        let scene: Scene = serde_json::from_str(lights).unwrap();
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Sphere);
+        let how = (PictureFormat::Png, Backend::Cpu);
+        let frame = |sampling| Frame::new(&scene, MeshSource::Builtin, 48, sampling, how);
+        let develop = |sampling| {
+            renderer.develop(&frame(sampling), &mesh, &[&program]).unwrap().remove(0).rgba
+        };
+        let (found, expected) = (develop(Sampling::Adaptive), develop(Sampling::Fixed(16)));
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (found, expected) in found.chunks(4).zip(expected.chunks(4)) {
+            if found[3] == 255 && expected[3] == 255 {
+                for (a, b) in found.iter().zip(expected) {
+                    squares += f64::from(a.abs_diff(*b)).powi(2);
+                    count += 1.0;
+                }
+            }
+        }
+        let error = f64::sqrt(squares / count);
+        assert!(error < bound, "{error} codes:\n{text}");
+        let light: f64 = expected.iter().map(|code| f64::from(*code)).sum();
+        assert!(light / expected.len() as f64 > 40.0, "the picture is dark");
+    }
 }
 
 #[test]

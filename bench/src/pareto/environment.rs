@@ -1,28 +1,31 @@
 //! Sweep of light from environments: prefiltered, and sampled with growing numbers of samples.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use brood_eval::{
     CanonicalEvaluator, Developed, EvalError, Evaluator, Gain, GatheredLight, RadianceImage,
-    develop_exposed, lobe_tables, shade, shade_prefiltered,
+    develop_exposed, is_anisotropic, is_prefilterable, lobe_tables, shade, shade_prefiltered,
 };
-use brood_genome::Genome;
+use brood_genome::{Genome, preset::Preset};
 use brood_light::{BuiltinEnvironment, LightAssets};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{Exposure, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{Exposure, LobeShape, PixelArea, Raster, SampleSet, Sampling, Scene};
 
 use crate::chart::{Axis, Cell, Plot, Point, ResultTable, Series, cells};
 use crate::measure::{fastest_ms, one_thread};
 use crate::output;
 use crate::record::Finding;
 
-/// Materials: name, and their lines of genome text.
-const MATERIALS: [(&str, &str); 4] = [
+/// Models: name, and their lines of genome text.
+const MODELS: [(&str, &str); 5] = [
     ("Lambert", "lambert\nalbedo 0.6 0.4 0.2"),
     ("metal 0.3", "conductor\nroughness 0.3"),
     ("metal 0.1", "conductor\nroughness 0.1"),
     ("plastic", "rough-plastic\nroughness 0.15"),
+    ("streak", "ward\nspecular 0.5 0.5 0.5\nalpha_x 0.06\nalpha_y 0.3"),
 ];
+/// Presets that vary over the surface.
+const PRESETS: [&str; 2] = ["marble", "brushed-metal"];
 /// Rays per pixel of the reference.
 const REFERENCE_RAYS: u16 = 16;
 
@@ -58,9 +61,17 @@ pub fn measure(short: bool) -> Result<Vec<Finding>> {
     let bar = output::spinner("light from environments");
     let mut outcomes = Vec::new();
     for environment in BuiltinEnvironment::ALL {
-        for (name, model) in MATERIALS {
+        let model = |(name, model): &(&'static str, &str)| -> Result<(&'static str, Genome)> {
+            Ok((*name, format!("brood 1\n.model {model}\n").parse()?))
+        };
+        let models = MODELS.iter().map(model);
+        let preset = |name: &&'static str| -> Result<(&'static str, Genome)> {
+            let preset = Preset::find(name).with_context(|| format!("no preset {name}"))?;
+            Ok((*name, preset.genome().clone()))
+        };
+        for material in models.chain(PRESETS.iter().map(preset)) {
             bar.tick();
-            let genome: Genome = format!("brood 1\n.model {model}\n").parse()?;
+            let (name, genome) = material?;
             let series = format!("{name}, {}", environment.name());
             outcomes.extend(sweep(&series, environment, &Program::lower(&genome), &workload)?);
         }
@@ -118,6 +129,23 @@ fn sweep(
         });
     }
     let scene = scene(1)?;
+    if !is_prefilterable(program) {
+        let lobes = if is_anisotropic(program) { LobeShape::Any } else { LobeShape::Round };
+        let how = raster(Sampling::Adaptive);
+        let make = || SampleSet::render_direct(&mesh, &scene, &assets, how, lobes);
+        let (first_ms, _) = pool.install(|| fastest_ms(workload.repeats, || shaded(&make())))?;
+        let set = make();
+        let (more_ms, image) = pool.install(|| fastest_ms(workload.repeats, || shaded(&set)))?;
+        outcomes.push(Outcome {
+            series: series.to_owned(),
+            way: format!("{} means", lobes.samples()),
+            first_ms,
+            more_ms,
+            error: code_error(&develop_exposed(&image, gain), &reference),
+            is_default: true,
+        });
+        return Ok(outcomes);
+    }
     let gathered = || {
         let how = raster(Sampling::Adaptive);
         let (set, light) = SampleSet::render_prefiltered(&mesh, &scene, &assets, how);
@@ -212,7 +240,7 @@ fn finding(outcomes: &[Outcome], workload: &Workload) -> Finding {
         note: format!(
             "Sphere at {size_px} x {size_px}, adaptive, without shadows, automatic exposure; RMSE in codes of pixels \
              away from the silhouette, against {samples} samples of each pixel; time of the first picture of a view, and of \
-             one more material (more_ms); the last way of each row is prefiltered; one thread"
+             one more material (more_ms); the last way of each row is the default; one thread"
         ),
         table,
         raw: None,

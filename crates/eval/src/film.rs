@@ -12,8 +12,8 @@ use std::ops::Range;
 use brood_scene::{Film, SampleSet};
 pub use developed::Developed;
 pub use exposure::Gain;
-pub use refinement::{Refinement, refine_radiance};
-pub use rough::{FineSamples, RoughTile, rough_tile_count, rough_tiles};
+pub use refinement::{Refinement, refine_lone_rays, refine_radiance};
+pub use rough::{FineSamples, RoughTile, rough_pixels, rough_tile_count, rough_tiles};
 pub use srgb::{decode_srgb, encode_srgb};
 
 use self::tone::{Curve, WithCurve, with_curve};

@@ -51,7 +51,8 @@ pub use energy::{
 pub use evaluator::{EvalError, EvalResult, Evaluator};
 pub use film::{
     Developed, FineSamples, Gain, Refinement, RoughTile, decode_srgb, develop, develop_exposed,
-    develop_samples, encode_srgb, refine_radiance, rough_tile_count, rough_tiles,
+    develop_samples, encode_srgb, refine_lone_rays, refine_radiance, rough_pixels,
+    rough_tile_count, rough_tiles,
 };
 pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,

@@ -46,6 +46,23 @@ impl RadianceImage {
         &self.coverage
     }
 
+    /// Joins bands of a picture, from the top.
+    ///
+    /// # Panics
+    /// If their widths differ.
+    #[must_use]
+    pub fn of_bands(bands: &[Self]) -> Self {
+        let width = bands.first().map_or(0, |band| band.width);
+        assert!(bands.iter().all(|band| band.width == width), "bands are as wide as the picture");
+        Self {
+            width,
+            height: bands.iter().map(|band| band.height).sum(),
+            premultiplied: bands.iter().flat_map(|band| &band.premultiplied).copied().collect(),
+            coverage: bands.iter().flat_map(|band| &*band.coverage).copied().collect(),
+            centres: bands.iter().flat_map(|band| &band.centres).copied().collect(),
+        }
+    }
+
     /// Replaces the radiance times coverage of a pixel.
     ///
     /// # Panics

@@ -135,7 +135,7 @@ impl Shot<'_> {
             Gain::new(Exposure::Auto, set, f),
             |rays, pixels| {
                 let picture = (self.size_px, rays);
-                SampleSet::render_pixels(self.mesh, self.scene, self.assets, picture, pixels)
+                SampleSet::render_pixels(self.mesh, self.scene, self.assets, picture, pixels, None)
             },
             |set, f| -> Result<(), Infallible> {
                 material.shade(set, f);

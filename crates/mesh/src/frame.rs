@@ -91,6 +91,13 @@ impl LocalFrame {
         self.n
     }
 
+    /// Returns the tangent.
+    #[must_use]
+    #[inline]
+    pub fn u(&self) -> DVec3 {
+        self.u
+    }
+
     /// Transforms a direction of the mesh's frame to the local frame.
     #[must_use]
     #[inline]

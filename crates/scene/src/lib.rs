@@ -27,8 +27,8 @@ pub use description::{
     OrbitCamera, OrthographicCamera, Scene, SpherePole, Tangents, Tone,
 };
 pub use prefiltered::{
-    LitPoint, LobeNodes, LobeTable, NODES, NODES_TOGETHER, PixelBetween, PrefilteredLight,
-    SPHERES_ACROSS,
+    LitPoint, LobeNodes, LobeShape, LobeTable, NODES, NODES_TOGETHER, PixelBetween,
+    PrefilteredLight, SPHERES_ACROSS,
 };
 pub use sample_set::{
     ImageLayout, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun, PixelSpan,

@@ -13,12 +13,17 @@
 //! (docs/maths/lights.md).
 
 mod between;
+mod direct;
+mod facing;
 mod light;
 mod nodes;
 mod point;
 mod spheres;
 
 pub use between::PixelBetween;
+pub use direct::LobeShape;
+pub(crate) use direct::{DirectLight, DirectSamples};
+pub(crate) use facing::{Facing, groups};
 pub use light::PrefilteredLight;
 pub use nodes::{LobeNodes, LobeTable, NODES, NODES_TOGETHER};
 pub use point::LitPoint;

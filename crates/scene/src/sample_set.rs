@@ -6,6 +6,7 @@
 #[cfg(test)]
 mod adaptive_tests;
 mod cluster;
+mod fixed;
 mod frame;
 mod layout;
 #[cfg(test)]

@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use brood_scene::{SampleSet, Sampling};
+use brood_scene::{PixelArea, SampleSet, Sampling};
 
 use super::exposure::Gain;
 use crate::radiance::{RadianceImage, shade_each};
@@ -75,15 +75,47 @@ pub fn refine_radiance<E>(
     (set, f): (&SampleSet, &[f32]),
     gain: Gain,
     trace: impl Fn(u16, &[(u32, u32)]) -> SampleSet,
-    mut eval: impl FnMut(&SampleSet, &mut Vec<f32>) -> Result<(), E>,
+    eval: impl FnMut(&SampleSet, &mut Vec<f32>) -> Result<(), E>,
 ) -> Result<Refinement, E> {
     let layout = set.image().expect("the samples are those of a picture");
-    let mut done = Refinement::default();
     if layout.sampling != Sampling::Adaptive {
-        return Ok(done);
+        return Ok(Refinement::default());
     }
-    let mut pending = candidates(image, (set, f), gain);
-    done.pixels = pending.len() as u64;
+    let pending = candidates(image, (set, f), gain);
+    refine(image, (layout.area, gain), pending, trace, eval)
+}
+
+/// Refines the pixels with one ray of an adaptive picture whose samples are not kept, as
+/// [`refine_radiance`] does. `area`: that of the image in the whole picture; `lone`: true for
+/// pixels with one ray.
+///
+/// # Errors
+/// Those of `eval`.
+///
+/// # Panics
+/// If the image is not one of `area`.
+pub fn refine_lone_rays<E>(
+    image: &mut RadianceImage,
+    (area, lone): (PixelArea, &[bool]),
+    gain: Gain,
+    trace: impl Fn(u16, &[(u32, u32)]) -> SampleSet,
+    eval: impl FnMut(&SampleSet, &mut Vec<f32>) -> Result<(), E>,
+) -> Result<Refinement, E> {
+    assert_eq!((image.width(), image.height()), (area.width, area.height), "the area is another");
+    let rough = (0..lone.len()).filter(|index| lone[*index] && is_rough(image, *index, gain));
+    let pending = rough.map(|index| Candidate { index, edge: None }).collect();
+    refine(image, (area, gain), pending, trace, eval)
+}
+
+/// Gives each candidate more rays until it settles.
+fn refine<E>(
+    image: &mut RadianceImage,
+    (area, gain): (PixelArea, Gain),
+    mut pending: Vec<Candidate>,
+    trace: impl Fn(u16, &[(u32, u32)]) -> SampleSet,
+    mut eval: impl FnMut(&SampleSet, &mut Vec<f32>) -> Result<(), E>,
+) -> Result<Refinement, E> {
+    let mut done = Refinement { pixels: pending.len() as u64, samples: 0 };
     let mut fine_f = Vec::new();
     for (step, rays) in RAYS.into_iter().enumerate() {
         if pending.is_empty() {
@@ -91,7 +123,7 @@ pub fn refine_radiance<E>(
         }
         let place = |pixel: &Candidate| {
             let index = u32::try_from(pixel.index).expect("a picture has fewer than 2^32 pixels");
-            (layout.area.x + index % layout.width, layout.area.y + index / layout.width)
+            (area.x + index % area.width, area.y + index / area.width)
         };
         let places: Vec<(u32, u32)> = pending.iter().map(place).collect();
         let fine = trace(rays, &places);
@@ -275,7 +307,14 @@ mod tests {
             (&set, &f),
             gain,
             |rays, pixels| {
-                SampleSet::render_pixels(&mesh, &scene, &assets, (SIZE_PX.into(), rays), pixels)
+                SampleSet::render_pixels(
+                    &mesh,
+                    &scene,
+                    &assets,
+                    (SIZE_PX.into(), rays),
+                    pixels,
+                    None,
+                )
             },
             |set, f| -> Result<(), Infallible> {
                 *f = reflectance(&program, set);

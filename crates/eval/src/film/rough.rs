@@ -133,6 +133,20 @@ pub fn rough_tiles(set: &SampleSet, developed: &Developed) -> Vec<RoughTile> {
     tiles(set, &rough)
 }
 
+/// Returns the indices of the pixels that need more samples, in ascending order, of a picture whose
+/// samples are not kept. `lone` is true for pixels with one ray.
+///
+/// # Panics
+/// If `lone` has another number of pixels.
+#[must_use]
+pub fn rough_pixels(developed: &Developed, lone: &[bool]) -> Vec<u32> {
+    let (width, height) = (developed.width as usize, developed.height as usize);
+    assert_eq!(lone.len(), width * height, "one flag for each pixel");
+    let mut rough = Level::best().run(Search { width, height, rgba: &developed.rgba });
+    rough.retain(|pixel| lone[*pixel as usize]);
+    rough
+}
+
 /// Kernel that finds all rough pixels of a picture in ascending order, including those at edges.
 struct Search<'a> {
     width: usize,

@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::between::{MirroredLight, PixelBetween, WIDTHS, crop, surroundings, thin};
-use super::nodes::{COS_MIN, LobeNodes, NODES};
+use super::nodes::{COS_MIN, LobeNodes, NODES, Nodes};
 use super::point::LitPoint;
 use crate::{PixelArea, Raster};
 
@@ -106,14 +106,15 @@ impl PrefilteredLight {
         let (row, distance) = point.row();
         let count = nodes.count(row);
         clear(out, count);
+        let unit = |v: [f32; 3]| DVec3::from(v.map(f64::from)).normalize();
         let at = Place {
-            frame: EyeFrame::new(point),
-            row: row + usize::from(distance > 0.5),
+            frame: EyeFrame::new(unit(point.n), unit(point.eye)),
             weights: &nodes.weights(row, distance)[..count],
             spread: point.spread,
         };
-        for environment in &self.environments {
-            environment.add(&at, out);
+        let row = row + usize::from(distance > 0.5);
+        for Environment { light, levels } in &self.environments {
+            add_light(nodes, (light, &levels[row]), &at, out);
         }
         count
     }
@@ -122,7 +123,8 @@ impl PrefilteredLight {
 impl PrefilteredLight {
     /// Returns the light of a point from its mirror direction.
     fn mirrored(&self, point: &LitPoint) -> MirroredLight {
-        let frame = EyeFrame::new(point);
+        let unit = |v: [f32; 3]| DVec3::from(v.map(f64::from)).normalize();
+        let frame = EyeFrame::new(unit(point.n), unit(point.eye));
         let mut mirrored = MirroredLight { radiance: [[0.0; 3]; WIDTHS.len()], diffuse: 0.0 };
         for Environment { light, .. } in &self.environments {
             let axes = frame.axes(light);
@@ -145,28 +147,26 @@ impl PrefilteredLight {
 }
 
 /// Surface point of which the light is gathered.
-struct Place<'a> {
-    frame: EyeFrame,
-    /// Nearest row.
-    row: usize,
+pub(super) struct Place<'a> {
+    pub(super) frame: EyeFrame,
     /// Integral of cos_i over the tent of each node.
-    weights: &'a [f32],
-    spread: f32,
+    pub(super) weights: &'a [f32],
+    /// Angle between the normals at opposite edges of the pixel, in radians.
+    pub(super) spread: f32,
 }
 
 /// Local frame with the eye in the plane of x and z.
-struct EyeFrame {
-    x: DVec3,
-    y: DVec3,
-    n: DVec3,
+pub(super) struct EyeFrame {
+    pub(super) x: DVec3,
+    pub(super) y: DVec3,
+    pub(super) n: DVec3,
     /// Sine and cosine of the angle to the eye.
-    eye: [f32; 2],
+    pub(super) eye: [f32; 2],
 }
 
 impl EyeFrame {
-    fn new(point: &LitPoint) -> Self {
-        let unit = |v: [f32; 3]| DVec3::from(v.map(f64::from)).normalize();
-        let (n, eye) = (unit(point.n), unit(point.eye));
+    /// Returns the frame of a unit normal and a unit vector to the eye.
+    pub(super) fn new(n: DVec3, eye: DVec3) -> Self {
         let cos = n.dot(eye).clamp(COS_MIN, 1.0);
         let tangential = eye - n * n.dot(eye);
         // If the eye is on the normal, rounding alone makes the tangential part.
@@ -185,28 +185,36 @@ impl EyeFrame {
     }
 }
 
-impl Environment {
-    /// Adds the mean radiance around the nodes of a place.
-    #[inline(always)]
-    fn add(&self, at: &Place<'_>, out: &mut [[f32; NODES]; 3]) {
-        let (light, levels) = (&self.light, &self.levels[at.row]);
-        let count = at.weights.len();
-        let axes = at.frame.axes(light);
-        let (mut us, mut vs) = ([0.0; NODES], [0.0; NODES]);
-        let (us, vs) = (&mut us[..count], &mut vs[..count]);
-        let half = LobeNodes::get().half_parts().map(<[f32; NODES]>::as_slice);
-        directions(axes, at.frame.eye, half, (us, vs));
-        let finest = light.level(SPACING_PER_SPREAD * f64::from(at.spread));
-        let mut means = [[0.0; NODES]; 3];
-        light.radiance((us, vs), &levels[..count], finest, |node, mean| {
-            means[0][node] = mean[0];
-            means[1][node] = mean[1];
-            means[2][node] = mean[2];
-        });
-        let mut of_spots = [[0.0; NODES]; 3];
-        for_each_spot(light, axes, at.frame.eye, |class, cos, irradiance, (nodes, shares)| {
+/// Adds the mean radiance around the nodes of a place. `levels`: one for each node, from
+/// [`PrefilteredEnvironment::node_level`].
+#[inline(always)]
+pub(super) fn add_light(
+    nodes: &impl Nodes,
+    (light, levels): (&PrefilteredEnvironment, &[u8]),
+    at: &Place<'_>,
+    out: &mut [[f32; NODES]; 3],
+) {
+    let count = at.weights.len();
+    let axes = at.frame.axes(light);
+    let (mut us, mut vs) = ([0.0; NODES], [0.0; NODES]);
+    let (us, vs) = (&mut us[..count], &mut vs[..count]);
+    let half = nodes.half_parts();
+    directions(axes, at.frame.eye, half, (us, vs));
+    let finest = light.level(SPACING_PER_SPREAD * f64::from(at.spread));
+    let mut means = [[0.0; NODES]; 3];
+    light.radiance((us, vs), &levels[..count], finest, |node, mean| {
+        means[0][node] = mean[0];
+        means[1][node] = mean[1];
+        means[2][node] = mean[2];
+    });
+    let mut of_spots = [[0.0; NODES]; 3];
+    for_each_spot(
+        nodes,
+        light,
+        (axes, at.frame.eye),
+        |class, cos, irradiance, (around, shares)| {
             for corner in 0..4 {
-                let node = nodes[corner];
+                let node = around[corner];
                 let weight = at.weights.get(node).copied().unwrap_or(0.0);
                 if weight > LEAST_WEIGHT && PrefilteredEnvironment::class(levels[node]) >= class {
                     let factor = cos * shares[corner] / weight;
@@ -215,25 +223,25 @@ impl Environment {
                     of_spots[2][node] += irradiance[2] * factor;
                 }
             }
-        });
-        let irradiance = light.irradiance(axes[2]);
-        for c in 0..3 {
-            let (means, of_spots) = (&means[c][..count], &of_spots[c][..count]);
-            let out = &mut out[c][..count];
-            let (mut scaled, mut rest) = (0.0, 0.0);
-            for k in 0..count {
-                let is_wide = PrefilteredEnvironment::is_wide(levels[k]);
-                scaled += if is_wide { at.weights[k] * means[k] } else { 0.0 };
-                rest += at.weights[k] * if is_wide { of_spots[k] } else { of_spots[k] + means[k] };
-            }
-            // Means overlap only approximately as tents do. Those of wide nodes are scaled, so that
-            // diffuse reflection is exact.
-            let scale = (irradiance[c] - rest) / scaled.max(f32::MIN_POSITIVE);
-            let scale = scale.clamp(LEAST_SCALE, LARGEST_SCALE);
-            for k in 0..count {
-                let factor = if PrefilteredEnvironment::is_wide(levels[k]) { scale } else { 1.0 };
-                out[k] += of_spots[k] + means[k] * factor;
-            }
+        },
+    );
+    let irradiance = light.irradiance(axes[2]);
+    for c in 0..3 {
+        let (means, of_spots) = (&means[c][..count], &of_spots[c][..count]);
+        let out = &mut out[c][..count];
+        let (mut scaled, mut rest) = (0.0, 0.0);
+        for k in 0..count {
+            let is_wide = PrefilteredEnvironment::is_wide(levels[k]);
+            scaled += if is_wide { at.weights[k] * means[k] } else { 0.0 };
+            rest += at.weights[k] * if is_wide { of_spots[k] } else { of_spots[k] + means[k] };
+        }
+        // Means overlap only approximately as tents do. Those of wide nodes are scaled, so that
+        // diffuse reflection is exact.
+        let scale = (irradiance[c] - rest) / scaled.max(f32::MIN_POSITIVE);
+        let scale = scale.clamp(LEAST_SCALE, LARGEST_SCALE);
+        for k in 0..count {
+            let factor = if PrefilteredEnvironment::is_wide(levels[k]) { scale } else { 1.0 };
+            out[k] += of_spots[k] + means[k] * factor;
         }
     }
 }
@@ -277,9 +285,9 @@ fn directions(
 /// nodes around it with their shares. Arguments as in [`directions`].
 #[inline(always)]
 fn for_each_spot(
+    nodes: &impl Nodes,
     light: &PrefilteredEnvironment,
-    axes: [[f32; 3]; 3],
-    [sin, cos]: [f32; 2],
+    (axes, [sin, cos]): ([[f32; 3]; 3], [f32; 2]),
     mut put: impl FnMut(u8, f32, [f32; 3], ([usize; 4], [f32; 4])),
 ) {
     let spots = light.spots();
@@ -305,7 +313,7 @@ fn for_each_spot(
     for k in 0..count {
         if cosines[k] > 0.0 {
             let irradiance = [red[k] * scale[0], green[k] * scale[1], blue[k] * scale[2]];
-            let around = LobeNodes::around(chords[k], turns[k]);
+            let around = nodes.around(chords[k], turns[k]);
             put(spots.classes[k], cosines[k], irradiance, around);
         }
     }

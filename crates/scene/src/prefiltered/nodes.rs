@@ -53,6 +53,19 @@ pub(super) const COS_MIN: f64 = 1e-4;
 /// Places of the two Gauss points of an interval of length 1.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
 
+/// Nodes of half vectors around the normal.
+pub(super) trait Nodes {
+    /// Returns x, y and z of the half vectors of the nodes; the eye is in the plane of x and z.
+    fn half_parts(&self) -> [&[f32]; 3];
+
+    /// Returns the four nodes around a half vector, and the share of each.
+    ///
+    /// # Domain
+    /// Chord between normal and half vector, and its turn about the normal from the eye, as a share
+    /// of a full turn within [0, 1].
+    fn around(&self, chord: f32, turn: f32) -> ([usize; 4], [f32; 4]);
+}
+
 /// Nodes of all tabulated angles to the eye, the same for every material and scene.
 #[derive(Debug)]
 pub struct LobeNodes {
@@ -214,13 +227,17 @@ impl LobeNodes {
         weights
     }
 
-    /// Returns the four nodes around a half vector, and the share of each.
-    ///
-    /// # Domain
-    /// Chord between normal and half vector, and its turn about the normal from the eye, as a share
-    /// of a full turn within [0, 1].
+    /// Number of rows.
+    pub(super) const ROWS: usize = ROWS;
+}
+
+impl Nodes for LobeNodes {
+    fn half_parts(&self) -> [&[f32]; 3] {
+        [&self.half[0], &self.half[1], &self.half[2]]
+    }
+
     #[inline(always)]
-    pub(super) fn around(chord: f32, turn: f32) -> ([usize; 4], [f32; 4]) {
+    fn around(&self, chord: f32, turn: f32) -> ([usize; 4], [f32; 4]) {
         let chord = chord.clamp(0.0, RINGS_F32[RINGS.len() - 1]);
         let mut ring = usize::from(RING_BELOW[(chord * BINS) as usize]);
         while ring + 2 < RINGS.len() && chord >= RINGS_F32[ring + 1] {
@@ -230,14 +247,6 @@ impl LobeNodes {
         let at = turn * SECTORS as f32;
         let sector = at as usize;
         corners((ring, sector), [outwards, at - sector as f32])
-    }
-
-    /// Number of rows.
-    pub(super) const ROWS: usize = ROWS;
-
-    /// Returns x, y and z of the half vectors of the nodes.
-    pub(super) fn half_parts(&self) -> [&[f32; NODES]; 3] {
-        [&self.half[0], &self.half[1], &self.half[2]]
     }
 }
 
@@ -290,7 +299,8 @@ fn half(node: usize) -> DVec3 {
     half_vector(RINGS[node / SECTORS], turn)
 }
 
-fn half_vector(chord: f64, turn: f64) -> DVec3 {
+/// Half vector at a chord from the normal, turned about it from the eye by an angle in radians.
+pub(super) fn half_vector(chord: f64, turn: f64) -> DVec3 {
     let level = chord * (1.0 - 0.25 * chord * chord).sqrt();
     (DVec2::new(libm::cos(turn), libm::sin(turn)) * level).extend(1.0 - 0.5 * chord * chord)
 }

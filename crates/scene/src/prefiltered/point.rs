@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::facing::{Facing, FacingGroup, groups};
 use super::nodes::LobeNodes;
 
 /// Surface point, or several similar ones of a pixel together.
@@ -21,22 +22,6 @@ pub struct LitPoint {
     pub(super) share: f32,
 }
 
-/// Similar points of a pixel.
-#[derive(Default)]
-struct Group {
-    first: DVec3,
-    n: DVec3,
-    eye: DVec3,
-    weight: f64,
-    /// Largest distance of normals from the first.
-    spread: f64,
-}
-
-/// Distance of normals from the first of a group, up to which points are similar.
-const MAX_DISTANCE: f64 = 0.12;
-/// Largest number of groups of a pixel; further points join the nearest.
-const MAX_GROUPS: usize = 4;
-
 impl LitPoint {
     pub(crate) fn new((pixel, weight): (u32, f64), (n, eye): (DVec3, DVec3), spread: f64) -> Self {
         let (row, share) = LobeNodes::row(n.dot(eye));
@@ -51,35 +36,15 @@ impl LitPoint {
         }
     }
 
-    /// Groups the weighted points of a pixel by their normals, and adds the mean of each group.
+    /// Adds the mean of each group of similar points of a pixel.
     pub(crate) fn push_groups(
         pixel: u32,
-        points: impl Iterator<Item = (Option<(DVec3, DVec3)>, f64)>,
+        points: impl Iterator<Item = (Option<Facing>, f64)>,
         out: &mut Vec<Self>,
     ) {
-        let mut groups: Vec<Group> = Vec::with_capacity(MAX_GROUPS);
-        for (facing, weight) in points {
-            let Some((n, eye)) = facing.filter(|_| weight > 0.0) else { continue };
-            let distance = |group: &Group| (group.first - n).length();
-            let nearest = (0..groups.len())
-                .min_by(|a, b| distance(&groups[*a]).total_cmp(&distance(&groups[*b])));
-            let joins = nearest
-                .filter(|k| distance(&groups[*k]) <= MAX_DISTANCE || groups.len() == MAX_GROUPS);
-            let k = joins.unwrap_or_else(|| {
-                groups.push(Group { first: n, ..Group::default() });
-                groups.len() - 1
-            });
-            let group = &mut groups[k];
-            group.spread = group.spread.max((group.first - n).length());
-            group.n += n * weight;
-            group.eye += eye * weight;
-            group.weight += weight;
-        }
-        for group in groups {
-            let n = group.n.try_normalize().unwrap_or(group.first);
-            let eye = group.eye.normalize();
-            out.push(Self::new((pixel, group.weight), (n, eye), group.spread));
-        }
+        out.extend(groups(points).map(|FacingGroup { facing, weight, spread }| {
+            Self::new((pixel, weight), (facing.frame.n(), facing.eye), spread)
+        }));
     }
 
     /// Row of tables below the angle to the eye, and distance from it towards the next.

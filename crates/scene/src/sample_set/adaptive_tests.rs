@@ -179,7 +179,7 @@ fn listed_pixels_equal_those_of_the_whole_picture() {
     // More pixels than a thread samples at a time, in any order, with and without hits.
     let pixels: Vec<(u32, u32)> = (0..60).map(|k| (k * 7 % 40, k * 5 % 24)).collect();
     let assets = LightAssets::default();
-    let listed = SampleSet::render_pixels(&mesh, &scene, &assets, (size_px, 5), &pixels);
+    let listed = SampleSet::render_pixels(&mesh, &scene, &assets, (size_px, 5), &pixels, None);
     let samples = |set: &SampleSet, pixel: u32| -> Vec<(f32, f32)> {
         let span = set.image().unwrap().spans().find(|span| span.pixel == pixel);
         let range = span.map_or(0..0, |span| span.start as usize..span.end as usize);

@@ -133,7 +133,7 @@ fn surface_normal(parts: &MeshParts, corners: [usize; 3], n: DVec3, eye: DVec3) 
 
 /// Returns the direction if its cosine is positive, else the direction of the same azimuth just
 /// above the horizon.
-fn above_horizon(w: DVec3) -> DVec3 {
+pub(super) fn above_horizon(w: DVec3) -> DVec3 {
     if w.z > 0.0 {
         return w;
     }

@@ -91,6 +91,16 @@ impl ImageLayout {
         self.runs.iter().flat_map(|run| run.spans())
     }
 
+    /// Returns true for each pixel that only the ray through its centre sampled.
+    #[must_use]
+    pub fn lone_rays(&self) -> Vec<bool> {
+        let mut lone = vec![false; self.coverage.len()];
+        for run in self.runs.iter().filter(|run| run.centre > 0 && run.samples == run.centre) {
+            lone[run.pixel as usize..][..run.pixels as usize].fill(true);
+        }
+        lone
+    }
+
     pub(super) fn bytes(&self) -> usize {
         size_of_val(self.runs.as_slice()) + size_of_val(&*self.coverage)
     }

@@ -8,9 +8,10 @@ use brood_mesh::trace::{Hit, Ray, Stack, Tracer};
 use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
 
-use super::frame::ShadedPoint;
+use super::frame::{ShadedPoint, above_horizon};
 use super::values::round_to_f32;
 use crate::description::{Normals, Scene, Tangents};
+use crate::prefiltered::{DirectSamples, Facing};
 
 /// Mesh and lights with which hits are shaded.
 pub(super) struct Surface<'a> {
@@ -58,9 +59,8 @@ pub(super) struct SurfacePoint {
     pub skipped: u64,
     /// Number of light samples skipped because they are occluded.
     pub shadowed: u64,
-    /// Normal on the side that faces the eye, and direction to the eye, in the unit frame; `None`
-    /// if the ray misses or the point reflects nothing.
-    pub facing: Option<(DVec3, DVec3)>,
+    /// `None` if the ray misses or the point reflects nothing.
+    pub facing: Option<Facing>,
 }
 
 /// Features by which rays and neighbouring pixels are compared. Default: the ray misses.
@@ -187,7 +187,8 @@ impl<'a> Surface<'a> {
         }
         point.uv = shaded.uv;
         point.wo = shaded.wo;
-        point.facing = reflects.then(|| (shaded.frame.n(), -ray.direction));
+        point.facing =
+            reflects.then(|| Facing { frame: shaded.frame, eye: -ray.direction, uv: shaded.uv });
         point.features = PixelFeatures {
             covered: true,
             lights: mask,
@@ -228,6 +229,17 @@ impl SampleBuffer {
     pub fn push_point(&mut self, point: &SurfacePoint) {
         for lit in &point.lit {
             self.push(lit.wi, point.wo, point.uv, lit.irradiance);
+        }
+    }
+
+    /// Adds the samples of environments around a point, times `weight`.
+    pub fn push_environments(&mut self, light: &DirectSamples, at: &Facing, weight: f64) {
+        let wo = above_horizon(at.frame.local(at.eye));
+        for (towards, irradiance) in light.iter() {
+            let wi = at.frame.local(*towards);
+            if wi.z > 0.0 {
+                self.push(wi, wo, at.uv, irradiance.map(|e| e * weight));
+            }
         }
     }
 

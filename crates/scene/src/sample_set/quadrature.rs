@@ -13,6 +13,7 @@ use glam::DVec2;
 use super::point::{CameraRay, PixelFeatures, Surface, SurfacePoint};
 use super::size::PictureSize;
 use super::view::View;
+use crate::prefiltered::DirectLight;
 
 /// Number of lines in an edge pixel, and of rays per line before bisection.
 const EDGE_LINES: usize = 10;
@@ -32,6 +33,8 @@ pub(super) struct PixelSampler<'a> {
     pub size_px: PictureSize,
     /// True to keep the surface points of adaptive sampling, for light that is not sampled.
     pub keeps_points: bool,
+    /// Environments that are not among the lights of the surface.
+    pub environments: Option<DirectLight>,
 }
 
 /// Buffers reused between pixels, to avoid allocation.

@@ -3,10 +3,11 @@
 use brood_light::{LightAssets, LightSampler};
 use brood_mesh::trace::Stack;
 use brood_mesh::{Mesh, UnitFrame};
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 use rayon::prelude::*;
 
 use super::cluster::Groups;
+use super::fixed::{Row, fixed_pixel, fixed_row};
 use super::layout::{ImageLayout, PixelRun, SampleCounts};
 use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
 use super::quadrature::{PixelSampler, Scratch};
@@ -15,25 +16,15 @@ use super::set::SampleSet;
 use super::size::PictureSize;
 use super::view::{View, subpixel_offsets};
 use crate::description::Scene;
-use crate::prefiltered::{LitPoint, PrefilteredLight};
+use crate::prefiltered::{
+    DirectLight, Facing, LitPoint, LobeShape, PrefilteredLight, groups as similar_points,
+};
 
-/// Number of rays per pixel from which the pixel's triangles are gathered once for all of them.
-const MIN_RAYS_FOR_CANDIDATES: usize = 4;
 /// Number of rays of listed pixels that a thread traces at a time.
 const RAYS_TOGETHER: usize = 512;
 /// Difference of `shade` between a pixel's mean and its centre above which a smooth pixel is
 /// curved.
 const CURVED_THRESHOLD: f32 = 2e-4;
-
-/// Samples of a row of the area.
-#[derive(Default)]
-struct Row {
-    buffer: SampleBuffer,
-    runs: Vec<PixelRun>,
-    coverage: Vec<f32>,
-    counts: SampleCounts,
-    points: Vec<LitPoint>,
-}
 
 /// Rays through the pixel centres of a row of the area with a border of one pixel.
 struct CentreRow {
@@ -43,8 +34,8 @@ struct CentreRow {
     /// Number of samples of each pixel in the area.
     lit: Vec<u32>,
     unlit: (u64, u64),
-    /// Normals and directions to the eye of the pixels in the area, if they are kept.
-    facing: Vec<Option<(DVec3, DVec3)>>,
+    /// Surface points of the pixels in the area, if they are kept.
+    facing: Vec<Option<Facing>>,
 }
 
 impl SampleSet {
@@ -99,6 +90,26 @@ impl SampleSet {
         raster: Raster,
     ) -> Self {
         let sampler = pixel_sampler(mesh, scene, assets, raster.size_px);
+        Self::render_with(&sampler, raster).0
+    }
+
+    /// Samples a scene with few samples of the mean radiance of environments in place of those that
+    /// the scene says: at most [`LobeShape::samples`] per surface point. They have no noise.
+    ///
+    /// # Domain
+    /// Scenes with [`Scene::is_prefilterable`]; materials whose lobes have the shape.
+    ///
+    /// # Panics
+    /// As [`SampleSet::render_area`].
+    #[must_use]
+    pub fn render_direct(
+        mesh: &Mesh,
+        scene: &Scene,
+        assets: &LightAssets,
+        raster: Raster,
+        lobes: LobeShape,
+    ) -> Self {
+        let sampler = direct_sampler((mesh, scene, assets), raster.size_px, Some(lobes));
         Self::render_with(&sampler, raster).0
     }
 
@@ -169,7 +180,7 @@ impl SampleSet {
     }
 
     /// Samples some pixels of that picture, columns and rows, each with at least `samples` rays, as
-    /// an image of one row.
+    /// an image of one row. With `lobes`, environments are as in [`SampleSet::render_direct`].
     ///
     /// # Panics
     /// As [`SampleSet::render`], and if a pixel is not in the picture.
@@ -180,6 +191,7 @@ impl SampleSet {
         assets: &LightAssets,
         (size_px, samples): (PictureSize, u16),
         pixels: &[(u32, u32)],
+        lobes: Option<LobeShape>,
     ) -> Self {
         assert!(
             pixels.iter().all(|(x, y)| *x < size_px.width && *y < size_px.height),
@@ -187,7 +199,7 @@ impl SampleSet {
             size_px.width,
             size_px.height
         );
-        let sampler = pixel_sampler(mesh, scene, assets, size_px);
+        let sampler = direct_sampler((mesh, scene, assets), size_px, lobes);
         let offsets = subpixel_offsets(u32::from(samples));
         let together = (RAYS_TOGETHER / offsets.len()).max(1);
         let width = u32::try_from(pixels.len()).expect("a picture has fewer than 2^32 pixels");
@@ -230,61 +242,22 @@ fn pixel_sampler<'a>(
         surface: Surface::new(mesh, lights, scene),
         size_px,
         keeps_points: false,
+        environments: None,
     }
 }
 
-/// Samples a row with the same rays in every pixel.
-fn fixed_row(
-    sampler: &PixelSampler<'_>,
-    area: PixelArea,
-    row: u32,
-    offsets: &[DVec2],
-    scratch: &mut Scratch,
-) -> Row {
-    let mut out = Row::default();
-    for column in 0..area.width {
-        let pixel = (area.x + column, area.y + row);
-        fixed_pixel(sampler, pixel, offsets, scratch, (row * area.width + column, &mut out));
+/// Returns the sampler of a picture with samples of the mean radiance of environments for `lobes`.
+fn direct_sampler<'a>(
+    (mesh, scene, assets): (&'a Mesh, &Scene, &LightAssets),
+    size_px: PictureSize,
+    lobes: Option<LobeShape>,
+) -> PixelSampler<'a> {
+    let mut sampler = pixel_sampler(mesh, scene, assets, size_px);
+    if let Some(lobes) = lobes {
+        let environments = sampler.surface.take_environments(scene);
+        sampler.environments = Some(DirectLight::new(environments, lobes));
     }
-    out
-}
-
-/// Samples a pixel and adds it with that index.
-fn fixed_pixel(
-    sampler: &PixelSampler<'_>,
-    (x, y): (u32, u32),
-    offsets: &[DVec2],
-    scratch: &mut Scratch,
-    (index, out): (u32, &mut Row),
-) {
-    let start = out.buffer.count();
-    let (mut centre, mut covered) = (0, 0u16);
-    let mut point = std::mem::take(&mut scratch.fixed);
-    let use_candidates = offsets.len() >= MIN_RAYS_FOR_CANDIDATES;
-    if use_candidates {
-        sampler.gather_candidates(x, y, scratch);
-    }
-    for (k, offset) in offsets.iter().enumerate() {
-        let ray = sampler.camera_ray((x, y), *offset, k);
-        let hit = if use_candidates {
-            sampler.trace_in_pixel((ray, *offset), scratch, &mut point)
-        } else {
-            sampler.trace(ray, &mut scratch.stack, &mut point)
-        };
-        if hit {
-            covered += 1;
-            out.counts.add_unlit((point.skipped, point.shadowed));
-            out.buffer.push_point(&point);
-        }
-        if k == 0 {
-            centre = out.buffer.count() - start;
-        }
-    }
-    scratch.fixed = point;
-    out.counts.rays += offsets.len() as u64;
-    out.counts.covered += u64::from(covered);
-    let samples = out.buffer.count() - start;
-    out.finish_pixel(index, (samples, centre, 0), f32::from(covered) / offsets.len() as f32);
+    sampler
 }
 
 /// Samples with one ray through each centre, and more rays in edge and curved pixels.
@@ -331,9 +304,12 @@ fn centre_row(
         sampler.trace(sampler.camera_ray((x, y), DVec2::splat(0.5), 0), stack, &mut point);
         row.features.push(point.features);
         if own_row && (area.x..area.x + area.width).contains(&x) {
+            let start = row.buffer.count();
             row.buffer.push_point(&point);
-            row.lit
-                .push(u32::try_from(point.lit.len()).expect("a pixel has fewer than 2^32 samples"));
+            if let (Some(light), Some(facing)) = (&sampler.environments, &point.facing) {
+                row.buffer.push_environments(&light.at(facing), facing, 1.0);
+            }
+            row.lit.push(row.buffer.count() - start);
             row.unlit = (row.unlit.0 + point.skipped, row.unlit.1 + point.shadowed);
             if sampler.keeps_points {
                 row.facing.push(point.facing);
@@ -408,7 +384,8 @@ fn adaptive_row(
         if class == PixelClass::Smooth {
             if let Some(Some(facing)) = centre.facing.get(column as usize) {
                 let spread = normal_spread(neighbours, at);
-                out.points.push(LitPoint::new((pixel, 1.0), *facing, spread));
+                let facing = (facing.frame.n(), facing.eye);
+                out.points.push(LitPoint::new((pixel, 1.0), facing, spread));
             }
             out.finish_pixel(pixel, (lit, lit, 0), f32::from(u8::from(own.covered)));
             continue;
@@ -426,6 +403,12 @@ fn adaptive_row(
         }
         let start = out.buffer.count();
         let coverage = groups.push_all(scratch.weighted(), &mut out.buffer);
+        if let Some(light) = &sampler.environments {
+            let facing = scratch.weighted().map(|(point, weight)| (point.facing, weight));
+            for group in similar_points(facing) {
+                out.buffer.push_environments(&light.at(&group.facing), &group.facing, group.weight);
+            }
+        }
         let added = out.buffer.count() - start;
         out.counts.rays += scratch.rays() as u64;
         out.counts.covered += scratch.covered();
@@ -436,28 +419,6 @@ fn adaptive_row(
     }
     out.buffer.extend(&centre.buffer, copied..from);
     out
-}
-
-impl Row {
-    /// Adds the coverage and the run of a pixel; its samples may be added before or after. The
-    /// counts are those of [`PixelRun`]: all samples, those of the centre, and those not summed for
-    /// radiance.
-    fn finish_pixel(
-        &mut self,
-        pixel: u32,
-        (samples, centre, radiance_start): (u32, u32, u32),
-        coverage: f32,
-    ) {
-        self.coverage.push(coverage);
-        if samples == 0 {
-            return;
-        }
-        let start = self.runs.last().map_or(0, PixelRun::end);
-        let run = PixelRun { pixel, pixels: 1, start, samples, centre, radiance_start };
-        if !self.runs.last_mut().is_some_and(|last| last.extend(&run)) {
-            self.runs.push(run);
-        }
-    }
 }
 
 /// Concatenates the rows into one set.
