@@ -49,8 +49,11 @@
  *   falloff_deg?: number|null}} Light
  *   One of the API's lights, with the fields that the page uses; others are sent back unchanged.
  *
- * @typedef {Omit<Partial<api.SceneAnswer>, "camera"|"lights"|"rotation_deg"> & {mesh: string,
- *   rotation_deg: Vec3, scale: number, camera: Camera, film: Film, lights?: Light[]}} Scene
+ * @typedef {{kind: "environment", blur_deg: number}|{kind: "color", color: Vec3}} Backdrop
+ *
+ * @typedef {Omit<Partial<api.SceneAnswer>, "camera"|"lights"|"rotation_deg"|"backdrop"> & {mesh:
+ *   string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film, lights?: Light[],
+ *   backdrop?: Backdrop|null}} Scene
  *
  * @typedef {api.MeshAnswer} MeshAnswer
  *

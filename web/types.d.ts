@@ -18,6 +18,25 @@ export interface components {
         /** @description Response of `GET /v1/jobs/{id}`: a search or a render job. */
         AnyJob: components["schemas"]["SearchAnswer"] | components["schemas"]["JobAnswer"];
         /**
+         * @description Backdrop behind the object; without one, pictures are transparent there. Linear pictures stay
+         *     transparent: their radiance is that of the object.
+         */
+        Backdrop: {
+            /**
+             * Format: double
+             * @description Width of the blur, degrees.
+             * @default 12
+             */
+            blur_deg: number;
+            /** @enum {string} */
+            kind: "environment";
+        } | {
+            /** @description sRGB, red, green and blue, each within [0, 1]. */
+            color: number[];
+            /** @enum {string} */
+            kind: "color";
+        };
+        /**
          * @description Requested evaluator.
          * @enum {string}
          */
@@ -1373,6 +1392,8 @@ export interface components {
         RenderKind: "render";
         /** @description Mesh, camera, lights and film of a picture. The world is right-handed with y up. */
         Scene: {
+            /** @default null */
+            backdrop: components["schemas"]["Backdrop"] | null;
             /**
              * @description Camera.
              * @default {
@@ -1454,6 +1475,8 @@ export interface components {
         };
         /** @description A stored scene, every field present. */
         SceneAnswer: {
+            /** @default null */
+            backdrop: components["schemas"]["Backdrop"] | null;
             /**
              * @description Camera.
              * @default {
@@ -2048,6 +2071,7 @@ export interface components {
 }
 export type Adopt = components['schemas']['Adopt'];
 export type AnyJob = components['schemas']['AnyJob'];
+export type Backdrop = components['schemas']['Backdrop'];
 export type Backend = components['schemas']['Backend'];
 export type BackendReport = components['schemas']['BackendReport'];
 export type Breed = components['schemas']['Breed'];

@@ -356,12 +356,13 @@ async function surrounded(app, step, shot, base) {
     await around(page, last);
   };
 
+  let generation = null;
   await step("draws an environment live like the server, under a lamp that circles", async () => {
     const send = poster(base);
     const { id } = await send("/v1/lineages", { name: "Surrounded", start: "believable" });
     await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 5 });
     await goTo(id);
-    const generation = await app.generation(await app.ready());
+    generation = await app.generation(await app.ready());
     assert.equal(generation.lineage, id);
     await app.reshown(() => slide(app, "exposure", -1));
     const lamp = await app.reshown(() => slide(app, "light-ev", -1));
@@ -378,6 +379,32 @@ async function surrounded(app, step, shot, base) {
     await app.reshown(() => slide(app, "light", 20));
     await noneLit(page);
     return text;
+  });
+
+  await step("shows a backdrop live like the server, under a tone curve", async () => {
+    const backdrop = app.id("backdrop");
+    await app.reshown(() => backdrop.selectOption("environment"));
+    const blurred = await app.reshown(() => slide(app, "backdrop-blur", 20));
+    assert.deepEqual(blurred.backdrop, { kind: "environment", blur_deg: 20 });
+    await app.reshown(() => page.getByRole("radio", { name: "Filmic" }).check());
+    await hold(app, "light", 75);
+    await allLit(page);
+    const around = await asServerDraws(app, generation, 75, base);
+    await shot("9-backdrop");
+    await app.reshown(() => slide(app, "light", 20));
+    await noneLit(page);
+    await app.reshown(() => backdrop.selectOption("color"));
+    const green = await app.reshown(() => slide(app, "backdrop-color", "#0a8c3c"));
+    assert.equal(Math.round(255 * green.backdrop.color[1]), 0x8c);
+    await hold(app, "light", 75);
+    await allLit(page);
+    const plain = await asServerDraws(app, generation, 75, base);
+    await app.accessible("a backdrop");
+    await app.reshown(() => slide(app, "light", 20));
+    await noneLit(page);
+    await app.reshown(() => page.getByRole("radio", { name: "Linear" }).check());
+    await app.reshown(() => backdrop.selectOption("environment"));
+    return `${around}; one colour: ${plain}`;
   });
 
   await step("turns the object live in an environment without a lamp", async () => {
@@ -404,6 +431,7 @@ async function surrounded(app, step, shot, base) {
   await step("removes the environment", async () => {
     await app.reshown(() => app.id("light-kind").selectOption("point"));
     const plain = await underLamp(app);
+    assert.ok(!plain.backdrop, "no environment is left to show");
     assert.deepEqual(
       plain.lights.map(({ kind }) => kind),
       ["point"],

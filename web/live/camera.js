@@ -129,14 +129,13 @@ const pointsOf = ({ lights }) => (lights ?? []).filter(({ kind }) => kind !== "e
 
 /**
  * True if a scene can be drawn live: environments and a few point lights with an intensity or the
- * default one, no shadows, no tone curve, curved normals.
+ * default one, no shadows, curved normals.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
   !scene.shadows &&
   pointsOf(scene).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&
-  (scene.film.tone ?? "none") === "none" &&
   pointsOf(scene).every(
     (light) => (light.kind ?? "point") === "point" && strengthField(light) !== null,
   );

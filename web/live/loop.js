@@ -20,11 +20,13 @@ import { FRAMES, lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
 import { extentOf } from "../scene/extents.js";
 import { sceneStore } from "../scene/store.js";
+import { drawBackdrop, linkBackdrop } from "./backdrop.js";
 import {
   LIGHTS, directionSeen, lightsOf, normalizedLights, rotationOf, strengthOf, viewOf,
 } from "./camera.js";
 import { layOut, observePixels, openContext } from "./canvas.js";
 import { DraftMaterial } from "./draft_material.js";
+import { toneNumber } from "./film.js";
 import { dropGeometry, loadGeometry, meshPath } from "./geometry.js";
 import { lightAt, startLight } from "./light_circle.js";
 import { readLitCells, updateLitCells } from "./lit_cells.js";
@@ -48,8 +50,8 @@ let context = null;
 /**
  * Resources that all materials share, made at the first drawing: programs, and the surface as the
  * frames (`small`), the centre (`large`) and the exposure meter (`metering`) see it.
- * @type {{pens: SurfacePrograms, dark: Linked[], meter: Meter, metering: Surface, small: Surface,
- *   large: Surface}|null}
+ * @type {{pens: SurfacePrograms, dark: Linked[], backdrop: Linked, meter: Meter, metering: Surface,
+ *   small: Surface, large: Surface}|null}
  */
 let tools = null;
 /** The mesh on the GPU. @type {{path: string, geometry: Geometry}|null} */
@@ -186,6 +188,7 @@ function prepare(gl, scene) {
   tools ??= {
     pens: linkSurfacePrograms(gl),
     dark: linkDark(gl),
+    backdrop: linkBackdrop(gl),
     meter: makeMeter(gl),
     metering: makeSurface(gl, METER_SIDE, LIGHTS * METER_ANGLES),
     small: makeSurface(gl, layout.small, slots),
@@ -296,7 +299,7 @@ function frame(now) {
   else if (resolution.step(now)) drawnKey = "";
   const prepared = prepare(gl, scene);
   if (!prepared) return showLive(new Set());
-  const { layout, pens, dark, meter, metering, small, large } = prepared;
+  const { layout, pens, dark, backdrop, meter, metering, small, large } = prepared;
   const { geometry } = object;
   const pose = sceneStore.draggedPose.value ?? { rotation: rotationOf(scene), scale: scene.scale };
   const view = viewOf(scene.camera, geometry.extent, pose);
@@ -398,9 +401,11 @@ function frame(now) {
     const where = {
       corner,
       gain: exposure === "auto" ? material.gain / strength : 2 ** exposure,
+      tone: toneNumber(scene.film.tone),
       marks: pageStore.clippingShown.value,
     };
     drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
+    drawBackdrop(gl, backdrop, scene, material.spheres, { ...where, side: surface.side });
   }
   const cells = new Set(materials.map(({ cell }) => cell));
   showLive(cells);

@@ -7,10 +7,12 @@
  * @import { PointLight } from "./camera.js"
  * @import { Spheres } from "./spheres.js"
  */
+import { FILM } from "./film.js";
 import { drawLitCells } from "./lit_cells.js";
 import {
   OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, read, uniformLocation,
 } from "./program.js";
+import { dropSpheres } from "./spheres.js";
 import { drawWithin } from "./surface.js";
 import { drawSurroundings } from "./surroundings.js";
 
@@ -56,9 +58,6 @@ const NO_LIGHT = `
  * loop over several lights: software renderers run both sides of every branch, and a branch around
  * `evolved`, the material's f, costs them more than `evolved` itself. A light below the horizon has
  * cos_i 0.
- *
- * The display transfer approximates the sRGB curve to 4e-5 (a hundredth of a code) by square roots,
- * which cost a tenth of a power.
  * @param {string} evolved the exported functions
  * @param {number} lights 0 for pixels that no light reaches
  * @param {boolean} surrounded true if there are environments
@@ -76,21 +75,12 @@ ${surrounded ? "uniform sampler2D surroundings;\nuniform float around;" : ""}
 uniform float gain;
 uniform bool marks;
 out vec4 color;
-
-vec3 srgb(vec3 shown) {
-  vec3 c = clamp(shown, 0.0, 1.0);
-  vec3 second = sqrt(c);
-  vec3 fourth = sqrt(second);
-  vec3 eighth = sqrt(fourth);
-  vec3 curve = 0.65398106 * second + 0.68871894 * fourth - 0.31847788 * eighth - 0.020186652 * c - 0.0040666777;
-  return mix(curve, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
-}
-
+${FILM}
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
   ${lights > 0 ? lighting(lights) : NO_LIGHT}
   ${surrounded ? "radiance += around * texelFetch(surroundings, at, 0).rgb;" : ""}
-  vec3 shown = radiance * gain;
+  vec3 shown = toned(radiance * gain);
   vec3 code = srgb(shown);
   // Diagonal stripes as in marks.js: two colours, then two transparent ones.
   int stripe = ((int(gl_FragCoord.x) + 8192 - int(gl_FragCoord.y)) & 7) >> 1;
@@ -154,7 +144,7 @@ export const linkDark = (gl) =>
 /** @param {WebGL2RenderingContext} gl @param {Material} of */
 export function dropMaterial(gl, of) {
   deleteProgram(gl, of.linked);
-  if (of.spheres) gl.deleteTexture(of.spheres.texture);
+  if (of.spheres) dropSpheres(gl, of.spheres);
   if (of.fence) gl.deleteSync(of.fence);
   if (of.pixels) gl.deleteBuffer(of.pixels);
 }
@@ -202,10 +192,11 @@ function bindLook(gl, linked, { surface, lights, around }, spheres) {
  * @param {Material} of
  * @param {Linked[]} dark
  * @param {Look} look
- * @param {{corner: [number, number], gain: number, marks: boolean}} where `corner`: lower left in
- *   pixels; `gain`: of the film; `marks`: true to mark burnt-out and black pixels
+ * @param {{corner: [number, number], gain: number, tone: number, marks: boolean}} where `corner`:
+ *   lower left in pixels; `gain`, `tone`: of the film; `marks`: true to mark burnt-out and black
+ *   pixels
  */
-export function drawMaterial(gl, of, dark, look, { corner, gain, marks }) {
+export function drawMaterial(gl, of, dark, look, { corner, gain, tone, marks }) {
   const { surface } = look;
   const known = surface.parts.cells !== null;
   /** @param {Linked} linked @param {PointLight[]} lights */
@@ -213,6 +204,7 @@ export function drawMaterial(gl, of, dark, look, { corner, gain, marks }) {
     bindLook(gl, linked, { ...look, lights }, of.spheres);
     gl.uniform2i(uniformLocation(gl, linked, "corner"), ...corner);
     gl.uniform1f(uniformLocation(gl, linked, "gain"), gain);
+    gl.uniform1i(uniformLocation(gl, linked, "tone"), tone);
     gl.uniform1i(uniformLocation(gl, linked, "marks"), marks ? 1 : 0);
   };
   ready(known ? dark[of.spheres ? 1 : 0] : of.linked, known ? [] : look.lights);
@@ -242,6 +234,7 @@ function startMetering(gl, of, { meter, look, pens }) {
     gl.uniform2i(uniformLocation(gl, of.linked, "corner"), k * METER_SIDE, 0);
     gl.uniform1i(uniformLocation(gl, of.linked, "first"), k * together);
     gl.uniform1f(uniformLocation(gl, of.linked, "gain"), METER_GAIN);
+    gl.uniform1i(uniformLocation(gl, of.linked, "tone"), 0);
     gl.uniform1i(uniformLocation(gl, of.linked, "marks"), 0);
     gl.viewport(k * METER_SIDE, 0, METER_SIDE, METER_SIDE);
     drawWithin(gl, look.surface);

@@ -18,6 +18,8 @@ const ACROSS = 3;
 const MAGIC = "broodlit";
 /** Number of bytes before the texels. */
 const HEAD_BYTES = 20;
+/** Texels along the side of a backdrop. */
+const BACKDROP_TEXELS = 64;
 
 /** Writes the places of the four normals in the texture of the spheres. */
 export const PLACES = `#version 300 es
@@ -76,7 +78,10 @@ void main() {
 }`;
 
 /**
- * @typedef {{texture: WebGLTexture, unit: number}} Spheres `unit`: radiance of a texel of 1
+ * @typedef {{texture: WebGLTexture, unit: number}} Radiance `unit`: radiance of a texel of 1
+ *
+ * @typedef {Radiance & {backdrop: Radiance|null}} Spheres `backdrop`: the environments behind the
+ *   object, from the top; null if the scene shows none
  */
 
 /** Environments of a scene. @param {Pick<Scene, "lights">} scene */
@@ -92,21 +97,28 @@ export const isTurning = (scene) => environmentsOf(scene).some(({ fixed }) => !f
 export function environmentKey(scene) {
   const environments = environmentsOf(scene);
   if (environments.length === 0) return "";
-  return JSON.stringify([environments, isTurning(scene) ? scene.light_deg : 0, scene.camera]);
+  const backdrop = scene.backdrop?.kind === "environment" ? scene.backdrop : null;
+  const turned = isTurning(scene) ? scene.light_deg : 0;
+  return JSON.stringify([environments, turned, scene.camera, backdrop]);
 }
 
 /**
- * Reads the head of a file of lit spheres, and its texels.
+ * Reads the head of a file of lit spheres, its texels, and those of its backdrop if it has one.
  * @param {ArrayBuffer} bytes
  */
 export function readSpheres(bytes) {
   const head = new DataView(bytes);
   const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
   const [version, side] = [head.getUint32(8, true), head.getUint32(12, true)];
-  if (magic !== MAGIC || version !== 1 || side !== TEXELS)
+  if (magic !== MAGIC || version !== 2 || side !== TEXELS)
     throw new Error("the lit spheres are of another version than the page");
   const texels = new Uint16Array(bytes, HEAD_BYTES, 3 * (ACROSS * side) ** 2);
-  return { unit: head.getFloat32(16, true), texels };
+  const end = HEAD_BYTES + texels.byteLength;
+  const backdrop = bytes.byteLength > end && {
+    unit: head.getFloat32(end, true),
+    texels: new Uint16Array(bytes, end + 4, 3 * BACKDROP_TEXELS ** 2),
+  };
+  return { unit: head.getFloat32(16, true), texels, backdrop: backdrop || null };
 }
 
 /**
@@ -124,9 +136,30 @@ export const getSpheres = (id, sceneId) =>
  * @returns {Spheres}
  */
 export function makeSpheres(gl, bytes) {
-  const { unit, texels } = readSpheres(bytes);
+  const { unit, texels, backdrop } = readSpheres(bytes);
+  return {
+    texture: makeTexture(gl, ACROSS * TEXELS, texels),
+    unit,
+    backdrop: backdrop && {
+      texture: makeTexture(gl, BACKDROP_TEXELS, backdrop.texels),
+      unit: backdrop.unit,
+    },
+  };
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Spheres} of */
+export function dropSpheres(gl, of) {
+  gl.deleteTexture(of.texture);
+  if (of.backdrop) gl.deleteTexture(of.backdrop.texture);
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} side
+ * @param {Uint16Array} texels
+ */
+function makeTexture(gl, side, texels) {
   const texture = gl.createTexture();
-  const side = ACROSS * TEXELS;
   gl.bindTexture(gl.TEXTURE_2D, texture);
   gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB16F, side, side);
   gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, side, side, gl.RGB, gl.HALF_FLOAT, texels);
@@ -134,5 +167,5 @@ export function makeSpheres(gl, bytes) {
     gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
   for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
     gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
-  return { texture, unit };
+  return texture;
 }

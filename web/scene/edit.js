@@ -2,7 +2,7 @@
  * Changes of the scene: object, rotation, scale, lights, film, and uploads of OBJ files. Sends one
  * change at a time and loses none.
  *
- * @import { Light, Place, Scene } from "../model.js"
+ * @import { Backdrop, Light, Place, Scene } from "../model.js"
  */
 import { batch, effect } from "../vendor/signals-core.js";
 import { problemOf } from "../api/request.js";
@@ -213,10 +213,16 @@ export function chooseLamp(kind) {
  */
 export function chooseEnvironment(image) {
   stopUpload("light");
-  return changeScene("light", (scene) =>
-    withEnvironment(scene, image === null ? null : environment(image)),
-  );
+  return changeScene("light", (scene) => ({
+    ...withEnvironment(scene, image === null ? null : environment(image)),
+    // Without an environment there is none to show.
+    ...(image === null && scene.backdrop?.kind === "environment" ? { backdrop: undefined } : {}),
+  }));
 }
+
+/** Shows something else behind the object. @param {Backdrop|null} backdrop */
+export const setBackdrop = (backdrop) =>
+  changeScene("light", () => ({ backdrop: backdrop ?? undefined }));
 
 /**
  * Uploads an IES profile for the lamp or the picture of an environment, and lights the object with

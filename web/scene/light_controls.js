@@ -1,9 +1,9 @@
 /**
- * The controls of the lamp and of the environment: changes while they are dragged, and their
+ * The controls of lamp, environment and backdrop: changes while they are dragged, and their
  * commit to the server.
  *
  * @import { LightSetting } from "./light_color.js"
- * @import { Light } from "../model.js"
+ * @import { Backdrop, Light } from "../model.js"
  */
 import { effect, untracked } from "../vendor/signals-core.js";
 import { lineageStore } from "../lineage/store.js";
@@ -55,7 +55,12 @@ export function dragEnvironment(change) {
     sceneStore.draggedScene.value = withEnvironment(scene, { ...present, ...change });
 }
 
-/** Commits the dragged lights to the scene. */
+/** Changes the backdrop while a control is dragged. @param {Backdrop} backdrop */
+export function dragBackdrop(backdrop) {
+  sceneStore.draggedScene.value = { backdrop };
+}
+
+/** Commits the dragged lights or backdrop to the scene. */
 export function commitLight() {
   const left = sceneStore.draggedScene.value;
   if (!left) return;

@@ -16,6 +16,7 @@ import { shapeControls } from "../scene/light_shape.js";
 import { lampOf, othersOf } from "../scene/lights.js";
 import { sceneStore } from "../scene/store.js";
 import { stopUpload } from "../scene/upload.js";
+import { BackdropKnobs } from "./backdrop.js";
 import { Colour, Slider, Switch } from "./control.js";
 import { EnvironmentKnobs } from "./environment.js";
 import { html } from "./html.js";
@@ -99,7 +100,7 @@ function Circle() {
         onInput=${(/** @type {number} */ to) => (liveStore.lightSpeed.value = to)} />
     `}
     ${sceneStore.scene.value && !circles && html`<p class="small">The environment stays in place; a lamp would circle.</p>`}
-    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs a point light or an environment, curved normals, no shadows and no tone curve. Showing server renders.</p>`}
+    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs a point light or an environment, curved normals and no shadows. Showing server renders.</p>`}
   `;
 }
 
@@ -176,7 +177,7 @@ export function LightKnobs() {
   return html`
     <section aria-labelledby="light-title">
       <h2 id="light-title">Light</h2>
-      <${EnvironmentKnobs} />
+      <${EnvironmentKnobs} /><${BackdropKnobs} />
       <${UploadProgress} id="light-sending" now=${sceneStore.uploads.value.get("light")} stop=${() => stopUpload("light")} />
       <${Kind} /><${Shape} /><${Circle} /><${Lamp} />
     </section>

@@ -5,14 +5,15 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use brood_eval::{GatheredLight, shade_prefiltered};
+use brood_eval::{GatheredLight, LitBackdrop, shade_prefiltered};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
 use brood_scene::{
-    Film, LobeShape, LobeTable, MeshRef, PictureSize, PrefilteredLight, SampleSet, Sampling, Scene,
+    Film, LobeShape, LobeTable, MeshRef, PictureSize, PixelArea, PrefilteredLight, SampleSet,
+    Sampling, Scene,
 };
 use moka::sync::Cache;
 
@@ -90,11 +91,12 @@ pub(crate) struct SceneView<'a> {
 }
 
 impl<'a> SceneView<'a> {
-    /// The key ignores the film and the name of the mesh: sample sets do not depend on them.
+    /// The key ignores film, backdrop and the name of the mesh: sample sets do not depend on them.
     pub(crate) fn new(scene: &'a Scene, mesh: &'a LoadedMesh, loaded: &'a LoadedAssets) -> Self {
         let plain = Scene {
             mesh: MeshRef::Builtin(BuiltinMesh::Sphere),
             film: Film::default(),
+            backdrop: None,
             ..scene.clone()
         };
         let json = serde_json::to_vec(&plain).expect("a scene is finite numbers and words");
@@ -129,6 +131,11 @@ impl<'a> SceneView<'a> {
     /// Samples a part of the picture with environments for `lobes`. Not cached: the sets are large.
     pub(crate) fn render_direct(&self, raster: Raster, lobes: LobeShape) -> SampleSet {
         SampleSet::render_direct(self.mesh, self.scene, self.assets, raster, lobes)
+    }
+
+    /// Returns the backdrop of an area of the picture.
+    pub(crate) fn backdrop(&self, size_px: PictureSize, area: PixelArea) -> LitBackdrop {
+        LitBackdrop::new((self.scene, self.mesh, self.assets), size_px, area)
     }
 
     fn render_prefiltered(&self, raster: Raster) -> (SampleSet, PrefilteredLight) {

@@ -1,6 +1,6 @@
 //! Picture as a file, with the cost of shading it.
 
-use brood_eval::{Developed, LitSpheres, RadianceImage, encode_exr, encode_png};
+use brood_eval::{Developed, LitBackdrop, LitSpheres, RadianceImage, encode_exr, encode_png};
 use brood_inspect::Picture;
 use brood_program::Program;
 use brood_protocol::{PictureFormat, PictureKey, RenderedPicture};
@@ -30,9 +30,10 @@ impl EncodedPicture {
         format: PictureFormat,
         program: &Program,
         picture: &dyn EvaluatedPicture,
+        backdrop: &LitBackdrop,
     ) -> Result<Self, RenderError> {
         let encoded = match format {
-            PictureFormat::Png => Self::png(&picture.develop()?),
+            PictureFormat::Png => Self::png(&backdrop.behind(picture.develop()?)),
             PictureFormat::Exr => Self::exr(&picture.radiance()?)?,
             PictureFormat::Spheres => return Err(no_spheres()),
         };
@@ -61,10 +62,15 @@ impl EncodedPicture {
     }
 
     /// Encodes the radiance of a program on its lit spheres.
-    pub(crate) fn spheres(side: u32, radiance: &[[f32; 3]], program: &Program) -> Self {
+    pub(crate) fn spheres(
+        (side, radiance): (u32, &[[f32; 3]]),
+        backdrop: Option<&[[f32; 3]]>,
+        program: &Program,
+    ) -> Self {
         let samples = LobeNodes::get().set().len() as u64;
         let operations = samples * program.operations() as u64;
-        Self { bytes: LitSpheres::encode(side, radiance), exposure_ev: 0.0, samples, operations }
+        let bytes = LitSpheres::encode(side, radiance, backdrop);
+        Self { bytes, exposure_ev: 0.0, samples, operations }
     }
 
     fn exr(radiance: &RadianceImage) -> Result<Self, RenderError> {

@@ -3,7 +3,9 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use brood_eval::{Developed, Gain, is_prefilterable, lobe_tables, shade};
+use brood_eval::{
+    BACKDROP_TEXELS, Developed, Gain, LitBackdrop, is_prefilterable, lobe_tables, shade,
+};
 use brood_light::LightAssets;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
@@ -11,7 +13,8 @@ use brood_protocol::{
     Backend, BackendReport, Frame, PictureFormat, RenderStats, RenderedPicture, WorkerReport,
 };
 use brood_scene::{
-    Exposure, Film, LobeNodes, LobeTable, PixelArea, SPHERES_ACROSS, SampleSet, Sampling,
+    Backdrop, Exposure, Film, LobeNodes, LobeTable, PixelArea, SPHERES_ACROSS, SampleSet, Sampling,
+    backdrop_radiance,
 };
 use rayon::prelude::*;
 
@@ -176,9 +179,22 @@ impl Renderer {
         if frame.format == PictureFormat::Spheres {
             return self.lit_spheres(frame, mesh, programs);
         }
+        let backdrop = self.backdrop(frame, mesh)?;
         self.images(frame, mesh, programs, |program, picture| {
-            EncodedPicture::of(frame.format, program, picture)
+            EncodedPicture::of(frame.format, program, picture, &backdrop)
         })
+    }
+
+    /// Returns the backdrop of the requested part of a picture.
+    fn backdrop(&self, frame: &Frame, mesh: &LoadedMesh) -> Result<LitBackdrop, RenderError> {
+        let (scene, assets) = (frame.scene()?, self.loaded_assets());
+        scene.validate()?;
+        let whole = PixelArea::whole(frame.size_px);
+        let area = frame.area.unwrap_or(whole);
+        if !area.is_within(frame.size_px) {
+            return Err(RenderError::Area { area, size_px: frame.size_px });
+        }
+        Ok(SceneView::new(&scene, mesh, &assets).backdrop(frame.size_px, area))
     }
 
     /// Computes the lit spheres of programs in the environments of a frame.
@@ -205,7 +221,16 @@ impl Renderer {
             |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
         );
         let of_program = radiance.iter().zip(programs);
-        let encoded = of_program.map(|(own, program)| EncodedPicture::spheres(side, own, program));
+        let backdrop = match scene.backdrop {
+            Some(Backdrop::Environment { blur_deg }) => {
+                let (side, parts) = (BACKDROP_TEXELS, (&scene, mesh.mesh(), assets.assets()));
+                Some(backdrop_radiance(blur_deg, parts, side.into(), PixelArea::whole(side)))
+            }
+            Some(Backdrop::Color { .. }) | None => None,
+        };
+        let encoded = of_program.map(|(own, program)| {
+            EncodedPicture::spheres((side, own), backdrop.as_deref(), program)
+        });
         Ok(encoded.collect())
     }
 
@@ -220,7 +245,8 @@ impl Renderer {
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<Developed>, RenderError> {
-        self.images(frame, mesh, programs, |_, picture| picture.develop())
+        let backdrop = self.backdrop(frame, mesh)?;
+        self.images(frame, mesh, programs, |_, picture| Ok(backdrop.behind(picture.develop()?)))
     }
 
     /// Returns the reflectance of each program on each sample of a set that belongs to no picture.

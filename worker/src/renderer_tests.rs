@@ -257,6 +257,40 @@ fn direct_pictures_in_an_environment_are_close_to_many_samples() {
 }
 
 #[test]
+fn backdrop_fills_png_pictures_and_their_parts_and_changes_nothing_else() {
+    let plain = r#"{"mesh": "knob", "film": {"exposure": 0},
+        "lights": [{"kind": "environment", "image": "low-sun"}]}"#;
+    let scene: Scene = serde_json::from_str(plain).unwrap();
+    let kind = r#"{"backdrop": {"kind": "environment", "blur_deg": 8}, "#;
+    let shown: Scene = serde_json::from_str(&plain.replacen('{', kind, 1)).unwrap();
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Knob);
+    let programs = programs(1);
+    let frame = |scene: &Scene, format| {
+        Frame::new(scene, MeshSource::Builtin, 40, Sampling::Adaptive, (format, Backend::Cpu))
+    };
+    let develop =
+        |frame: &Frame| renderer.develop(frame, &mesh, &[&programs[0]]).unwrap().remove(0);
+    let clear = develop(&frame(&scene, PictureFormat::Png));
+    let filled = develop(&frame(&shown, PictureFormat::Png));
+    assert_eq!(filled.exposure_ev, clear.exposure_ev);
+    for (clear, filled) in clear.rgba.chunks(4).zip(filled.rgba.chunks(4)) {
+        assert_eq!(filled[3], 255);
+        assert!(clear[3] < 255 || clear == filled, "the object is unchanged");
+    }
+    assert!(filled.rgba[..3].iter().any(|code| *code > 0), "the corner shows the sky");
+    let area: PixelArea = "3,5,20,11".parse().unwrap();
+    let part = frame(&shown, PictureFormat::Png).with_area(Some(area));
+    assert_eq!(develop(&part), filled.crop(area));
+    let linear = |scene: &Scene| {
+        renderer.render(&frame(scene, PictureFormat::Exr), &mesh, &[&programs[0]]).unwrap()[0]
+            .bytes
+            .clone()
+    };
+    assert!(linear(&scene) == linear(&shown), "linear pictures stay transparent");
+}
+
+#[test]
 fn refined_pixels_have_the_environment_once() {
     // A narrow highlight of the point light under an even sky: its pixels are refined.
     let text = "brood 1\n.model conductor\nroughness 0.03\n";

@@ -1,5 +1,6 @@
 //! Film: exposure, tone curve and sRGB transfer curve, from radiance to 8-bit pictures.
 
+mod backdrop;
 mod developed;
 mod exposure;
 mod refinement;
@@ -9,6 +10,7 @@ mod tone;
 
 use std::ops::Range;
 
+pub use backdrop::LitBackdrop;
 use brood_scene::{Film, SampleSet};
 pub use developed::Developed;
 pub use exposure::Gain;

@@ -50,8 +50,8 @@ pub use energy::{
 };
 pub use evaluator::{EvalError, EvalResult, Evaluator};
 pub use film::{
-    Developed, FineSamples, Gain, Refinement, RoughTile, decode_srgb, develop, develop_exposed,
-    develop_samples, encode_srgb, refine_lone_rays, refine_radiance, rough_pixels,
+    Developed, FineSamples, Gain, LitBackdrop, Refinement, RoughTile, decode_srgb, develop,
+    develop_exposed, develop_samples, encode_srgb, refine_lone_rays, refine_radiance, rough_pixels,
     rough_tile_count, rough_tiles,
 };
 pub use fitness::{
@@ -59,7 +59,7 @@ pub use fitness::{
     Screening, Selected, TargetError, select_best,
 };
 pub use level::{Level, SimdKernel};
-pub use lit_spheres::LitSpheres;
+pub use lit_spheres::{BACKDROP_TEXELS, LitSpheres};
 pub use model::{model_error, model_reflectance};
 pub use picture::{
     EnvironmentFileError, LinearPicture, LinearPictureError, PictureError, SheetCell, centre_px,

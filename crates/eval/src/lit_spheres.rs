@@ -10,7 +10,9 @@ use half::f16;
 /// Little-endian: the magic `broodlit`, u32 version, u32 texels along the side of a sphere, f32
 /// unit, then red, green and blue of each texel as 16-bit floats. Texels are as
 /// [`brood_scene::PrefilteredLight::on_spheres`] orders them: [`SPHERES_ACROSS`] times the side in
-/// each of as many rows.
+/// each of as many rows. Then, if the scene has environments as its backdrop, f32 unit and their
+/// radiance behind the object in a square picture of [`BACKDROP_TEXELS`] a side, row by row from
+/// the top.
 ///
 /// # Units
 /// Numbers are radiance divided by the unit, W/(m2 sr).
@@ -21,7 +23,9 @@ use half::f16;
 pub struct LitSpheres;
 
 const MAGIC: &[u8; 8] = b"broodlit";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// Texels along the side of a backdrop.
+pub const BACKDROP_TEXELS: u32 = 64;
 /// Bytes before the texels.
 const HEAD: usize = 20;
 const TEXEL: usize = 6;
@@ -31,30 +35,28 @@ const LARGEST: i32 = 14;
 const UNIT_MIN: i32 = -126;
 
 impl LitSpheres {
-    /// Encodes the radiance of all texels. Values that are not finite or below 0 become 0.
+    /// Encodes the radiance of all texels, and of the backdrop if there is one. Values that are not
+    /// finite or below 0 become 0.
     #[must_use]
-    pub fn encode(side: u32, radiance: &[[f32; 3]]) -> Vec<u8> {
-        let clean = |value: f32| if value.is_finite() { value.max(0.0) } else { 0.0 };
-        let largest = radiance.iter().flatten().fold(0.0f32, |largest, v| largest.max(clean(*v)));
-        let exponent = if largest > 0.0 { libm::ilogbf(largest) } else { LARGEST };
-        // A power of two, so that division is exact.
-        let unit = libm::scalbnf(1.0, (exponent - LARGEST).max(UNIT_MIN));
-        let mut bytes = Vec::with_capacity(Self::bytes_of(side));
+    pub fn encode(side: u32, radiance: &[[f32; 3]], backdrop: Option<&[[f32; 3]]>) -> Vec<u8> {
+        let [without, with] = Self::sizes(side);
+        let mut bytes = Vec::with_capacity(if backdrop.is_some() { with } else { without });
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend(side.to_le_bytes());
-        bytes.extend(unit.to_le_bytes());
-        for value in radiance.iter().flatten() {
-            bytes.extend(f16::from_f32(clean(*value) / unit).to_le_bytes());
+        push_texels(radiance, &mut bytes);
+        if let Some(backdrop) = backdrop {
+            push_texels(backdrop, &mut bytes);
         }
         bytes
     }
 
-    /// Returns the size of a file in bytes.
+    /// Returns the size of a file in bytes, without and with a backdrop.
     #[must_use]
-    pub fn bytes_of(side: u32) -> usize {
+    pub fn sizes(side: u32) -> [usize; 2] {
         let across = (SPHERES_ACROSS * side) as usize;
-        HEAD + TEXEL * across * across
+        let without = HEAD + TEXEL * across * across;
+        [without, without + size_of::<f32>() + TEXEL * (BACKDROP_TEXELS as usize).pow(2)]
     }
 
     /// Returns the texels along the side of a sphere; `None` if the file is of another kind.
@@ -62,6 +64,19 @@ impl LitSpheres {
     pub fn side_of(bytes: &[u8]) -> Option<u32> {
         let rest = bytes.strip_prefix(MAGIC)?.strip_prefix(&VERSION.to_le_bytes())?;
         rest.first_chunk().map(|side| u32::from_le_bytes(*side))
+    }
+}
+
+/// Adds the unit of texels and the texels.
+fn push_texels(radiance: &[[f32; 3]], bytes: &mut Vec<u8>) {
+    let clean = |value: f32| if value.is_finite() { value.max(0.0) } else { 0.0 };
+    let largest = radiance.iter().flatten().fold(0.0f32, |largest, v| largest.max(clean(*v)));
+    let exponent = if largest > 0.0 { libm::ilogbf(largest) } else { LARGEST };
+    // A power of two, so that division is exact.
+    let unit = libm::scalbnf(1.0, (exponent - LARGEST).max(UNIT_MIN));
+    bytes.extend(unit.to_le_bytes());
+    for value in radiance.iter().flatten() {
+        bytes.extend(f16::from_f32(clean(*value) / unit).to_le_bytes());
     }
 }
 
@@ -75,8 +90,11 @@ mod tests {
             let mut texels = [[0.0; 3]; 9];
             texels[0] = [f32::NAN, -1.0, f32::INFINITY];
             texels[1] = [brightest, brightest / 3e4, 0.0];
-            let bytes = LitSpheres::encode(1, &texels);
-            assert_eq!(bytes.len(), LitSpheres::bytes_of(1));
+            let bytes = LitSpheres::encode(1, &texels, None);
+            assert_eq!(bytes.len(), LitSpheres::sizes(1)[0]);
+            let backdrop = vec![[0.5; 3]; 64 * 64];
+            let more = LitSpheres::encode(1, &texels, Some(&backdrop));
+            assert_eq!((more.len(), &more[..bytes.len()]), (LitSpheres::sizes(1)[1], &bytes[..]));
             assert_eq!(LitSpheres::side_of(&bytes), Some(1));
             let unit = f64::from(f32::from_le_bytes(*bytes[16..].first_chunk().unwrap()));
             let read = |at: usize| {

@@ -6,8 +6,8 @@ use std::convert::Infallible;
 
 use brood_brdf::Brdf;
 use brood_eval::{
-    Developed, Gain, RadianceImage, Refinement, RoughTile, develop_samples, model_reflectance,
-    refine_radiance, rough_tiles, shade,
+    Developed, Gain, LitBackdrop, RadianceImage, Refinement, RoughTile, develop_samples,
+    model_reflectance, refine_radiance, rough_tiles, shade,
 };
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
@@ -108,7 +108,9 @@ impl Shot<'_> {
         }
         let (radiance, refined) = self.refined_radiance((set, &f), material);
         samples += usize::try_from(refined.samples).expect("they were in memory");
-        Picture { developed, radiance, samples }
+        let view = (self.scene, self.mesh, self.assets);
+        let backdrop = LitBackdrop::new(view, self.size_px, PixelArea::whole(self.size_px));
+        Picture { developed: backdrop.behind(developed), radiance, samples }
     }
 
     /// Returns the linear picture of a material on a set from [`Shot::set`].

@@ -3,6 +3,7 @@
 //! Owns the JSON form, the only serialised form, and validation. Does not trace rays; the sample
 //! set does.
 
+mod backdrop;
 mod camera;
 mod film;
 mod mesh_ref;
@@ -17,6 +18,7 @@ use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+pub use backdrop::Backdrop;
 pub use camera::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera};
 pub use film::{EV_MAX, Exposure, Film, Tone};
 pub use mesh_ref::MeshRef;
@@ -57,6 +59,9 @@ pub struct Scene {
     /// Axis through the poles of the texture of the mesh "sphere"; "z" needs that mesh.
     #[serde(skip_serializing_if = "is_default")]
     pub sphere_pole: SpherePole,
+    /// Backdrop behind the object; none by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub backdrop: Option<Backdrop>,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -77,6 +82,7 @@ impl Default for Scene {
             normals: Normals::default(),
             tangents: Tangents::default(),
             sphere_pole: SpherePole::default(),
+            backdrop: None,
         }
     }
 }
@@ -108,8 +114,12 @@ impl Scene {
     /// nothing casts shadows.
     #[must_use]
     pub fn is_prefilterable(&self) -> bool {
-        let is_environment = |light: &Light| matches!(light, Light::Environment(_));
-        !self.shadows && self.lights.iter().any(is_environment)
+        !self.shadows && self.has_environment()
+    }
+
+    /// True if a light is an environment.
+    pub(crate) fn has_environment(&self) -> bool {
+        self.lights.iter().any(|light| matches!(light, Light::Environment(_)))
     }
 
     /// Returns the scene without its environments.
@@ -121,7 +131,7 @@ impl Scene {
     }
 
     /// Returns the scene of lit spheres (see [`crate::PrefilteredLight::on_spheres`]): the same
-    /// camera and environments, and defaults for everything else.
+    /// camera, environments, and backdrop of them, and defaults for everything else.
     #[must_use]
     pub fn for_spheres(&self) -> Self {
         let mut lights = self.lights.clone();
@@ -130,7 +140,9 @@ impl Scene {
             lights.iter().any(|light| !matches!(light, Light::Environment(own) if own.fixed));
         let light_deg = if turns { self.light_deg } else { 0.0 };
         let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
-        Self { camera: self.camera.clone(), lights, light_deg, film, ..Self::default() }
+        let is_lit = |backdrop: &Backdrop| matches!(backdrop, Backdrop::Environment { .. });
+        let backdrop = self.backdrop.filter(is_lit);
+        Self { camera: self.camera.clone(), lights, light_deg, film, backdrop, ..Self::default() }
     }
 
     /// Returns the largest number of samples of all lights at one shading point: the cost of a

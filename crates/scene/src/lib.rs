@@ -16,15 +16,17 @@
 //! assert_eq!(samples.irradiance()[0].len(), samples.len());
 //! ```
 
+mod backdrop;
 mod clip_from;
 mod description;
 mod prefiltered;
 mod sample_set;
 
+pub use backdrop::backdrop_radiance;
 pub use clip_from::{ClipFrom, ClipFromError};
 pub use description::{
-    Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef, Normals,
-    OrbitCamera, OrthographicCamera, Scene, SpherePole, Tangents, Tone,
+    Backdrop, Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef,
+    Normals, OrbitCamera, OrthographicCamera, Scene, SpherePole, Tangents, Tone,
 };
 pub use prefiltered::{
     LitPoint, LobeNodes, LobeShape, LobeTable, NODES, NODES_TOGETHER, PixelBetween,

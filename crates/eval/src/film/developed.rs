@@ -1,6 +1,6 @@
 //! Developed pictures.
 
-use brood_scene::PixelArea;
+use brood_scene::{Film, PictureSize, PixelArea};
 
 use super::exposure::Gain;
 use super::{srgb, tone};
@@ -28,6 +28,60 @@ impl Developed {
         let codes = radiance
             .map(|channel| srgb::curve().encode(tone::apply(gain.tone, channel * gain.factor)));
         self.rgba[4 * pixel..4 * pixel + 3].copy_from_slice(&codes);
+    }
+
+    /// Returns an opaque picture of a radiance in each pixel.
+    ///
+    /// # Panics
+    /// If the number of pixels is not that of the size.
+    #[must_use]
+    pub fn opaque(
+        PictureSize { width, height }: PictureSize,
+        radiance: &[[f32; 3]],
+        (film, exposure_ev): (Film, f64),
+    ) -> Self {
+        assert_eq!(radiance.len(), width as usize * height as usize, "one radiance for each pixel");
+        let gain = Gain::fixed(exposure_ev).with_tone(film.tone);
+        let mut picture =
+            Self { width, height, rgba: vec![u8::MAX; 4 * radiance.len()], exposure_ev };
+        for (pixel, radiance) in radiance.iter().enumerate() {
+            picture.put(pixel, *radiance, gain);
+        }
+        picture
+    }
+
+    /// Returns an opaque picture of one colour: sRGB within [0, 1].
+    #[must_use]
+    pub fn plain(PictureSize { width, height }: PictureSize, color: [f64; 3]) -> Self {
+        let [r, g, b] = color.map(|channel| (channel * 255.0 + 0.5) as u8);
+        let pixels = width as usize * height as usize;
+        Self { width, height, rgba: [r, g, b, u8::MAX].repeat(pixels), exposure_ev: 0.0 }
+    }
+
+    /// Replaces what is transparent by the pixels of an opaque picture: straight alpha, mixed in
+    /// linear light.
+    ///
+    /// # Panics
+    /// If the other picture has another size.
+    pub fn put_over(&mut self, backdrop: &Self) {
+        assert_eq!(self.rgba.len(), backdrop.rgba.len(), "the backdrop is as large as the picture");
+        let curve = srgb::curve();
+        let behind = backdrop.rgba.as_chunks::<4>().0;
+        for (pixel, behind) in self.rgba.as_chunks_mut::<4>().0.iter_mut().zip(behind) {
+            let alpha = f32::from(pixel[3]) / 255.0;
+            match pixel[3] {
+                255 => {}
+                0 => *pixel = *behind,
+                _ => {
+                    for c in 0..3 {
+                        let [own, behind] = [pixel[c], behind[c]]
+                            .map(|code| srgb::decode_srgb(f64::from(code) / 255.0) as f32);
+                        pixel[c] = curve.encode(behind + (own - behind) * alpha);
+                    }
+                    pixel[3] = 255;
+                }
+            }
+        }
     }
 
     /// Returns a part of the picture; `area` counts from the upper left corner of this picture.

@@ -69,6 +69,9 @@ fn lit_spheres_depend_on_camera_and_environments_alone() {
         spheres(&other.replace(r#"{"mesh""#, r#"{"camera": {"fov_y_deg": 20}, "mesh""#)),
         own
     );
+    let backdrop = |kind: &str| other.replacen('{', &format!(r#"{{"backdrop": {kind}, "#), 1);
+    assert_eq!(spheres(&backdrop(r#"{"kind": "color", "color": [1, 0, 0]}"#)), own);
+    assert_ne!(spheres(&backdrop(r#"{"kind": "environment"}"#)), own);
     let turning = other.replace(r#", "fixed": true"#, "");
     assert_ne!(spheres(&turning), spheres(&turning.replace("40", "50")));
 }
@@ -111,6 +114,9 @@ fn scene_is_rejected_with_a_readable_reason_when_json_is_wrong() {
         (r#"{"rotation_deg": [1, 2]}"#, "invalid length 2"),
         (r#"{"tangents": "face"}"#, "unknown variant `face`, expected `vertex` or `triangle`"),
         (r#"{"sphere_pole": "x"}"#, "unknown variant `x`, expected `y` or `z`"),
+        (r#"{"backdrop": {"kind": "sky"}}"#, "unknown variant `sky`"),
+        (r#"{"backdrop": {"blur_deg": 3}}"#, "missing field `kind`"),
+        (r#"{"backdrop": {"kind": "color", "colour": [0, 0, 0]}}"#, "unknown field `colour`"),
     ];
     for (json, expected) in cases {
         let error = read(json).unwrap_err();
@@ -136,6 +142,15 @@ fn scene_is_rejected_with_a_pointer_when_a_number_is_out_of_range() {
         (read(r#"{"mesh": "knob", "sphere_pole": "z"}"#).unwrap(), "/sphere_pole"),
         (read(r#"{"mesh": "0199-ab", "sphere_pole": "z"}"#).unwrap(), "/sphere_pole"),
         (read(r#"{"lights": []}"#).unwrap(), "/lights"),
+        (read(r#"{"backdrop": {"kind": "environment"}}"#).unwrap(), "/backdrop/kind"),
+        (
+            read(r#"{"backdrop": {"kind": "environment", "blur_deg": 91}}"#).unwrap(),
+            "/backdrop/blur_deg",
+        ),
+        (
+            read(r#"{"backdrop": {"kind": "color", "color": [0, 1.1, 0]}}"#).unwrap(),
+            "/backdrop/color",
+        ),
         (read(r#"{"lights": [{}, {"position": [0, 1e39, 0]}]}"#).unwrap(), "/lights/1/position"),
         (read(r#"{"film": {"exposure": 65}}"#).unwrap(), "/film/exposure"),
     ];

@@ -48,7 +48,8 @@ impl Scene {
         if let Exposure::Ev(ev) = self.film.exposure {
             require(ev.abs() <= EV_MAX, "/film/exposure", "must be within 64 EV of 0")?;
         }
-        finite(&[self.light_deg], "/light_deg")
+        finite(&[self.light_deg], "/light_deg")?;
+        self.backdrop.map_or(Ok(()), |backdrop| backdrop.validate(self.has_environment()))
     }
 }
 

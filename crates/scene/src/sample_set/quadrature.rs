@@ -55,10 +55,7 @@ pub(super) struct Scratch {
 impl PixelSampler<'_> {
     /// Returns the ray through a point of a pixel, within [0, 1]^2 from its upper left corner.
     pub fn ray(&self, x: u32, y: u32, offset: DVec2) -> Ray {
-        let at = (DVec2::new(f64::from(x), f64::from(y)) + offset)
-            * (2.0 / f64::from(self.size_px.height))
-            - DVec2::new(self.size_px.aspect(), 1.0);
-        self.view.ray(DVec2::new(at.x, -at.y))
+        self.view.pixel_ray(self.size_px, (x, y), offset)
     }
 
     /// Returns that ray with the seed for its index in the pixel.

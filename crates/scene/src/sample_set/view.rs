@@ -102,6 +102,14 @@ impl View {
         (depth > 1e-6).then(|| at / depth)
     }
 
+    /// Returns the ray through a point of a pixel, within [0, 1]^2 from its upper left corner.
+    pub fn pixel_ray(&self, size_px: PictureSize, (x, y): (u32, u32), offset: DVec2) -> Ray {
+        let at = (DVec2::new(f64::from(x), f64::from(y)) + offset)
+            * (2.0 / f64::from(size_px.height))
+            - DVec2::new(size_px.aspect(), 1.0);
+        self.ray(DVec2::new(at.x, -at.y))
+    }
+
     /// Returns the ray through a point of the picture: x to the right, y upwards, in units of half
     /// the height.
     pub fn ray(&self, point: DVec2) -> Ray {

@@ -1,0 +1,145 @@
+//! Radiance of the environments of a scene behind the object.
+
+use std::f64::consts::PI;
+
+use brood_light::{LightAssets, LightSampler, PrefilteredEnvironment};
+use brood_mesh::{Mesh, UnitFrame};
+use glam::DVec2;
+use rayon::prelude::*;
+
+use crate::description::Scene;
+use crate::sample_set::{PictureSize, PixelArea, View};
+
+/// Number of means that a pixel averages.
+const TAPS: usize = 16;
+/// Spacing of these means, divided by the blur.
+const TAP_SPACING: f64 = 0.4;
+/// Largest blur over which means are spread, in radians.
+const MAX_SPACING: f64 = PI / 2.0;
+/// Largest radiance; brighter ones are limited, so that no picture overflows.
+const RADIANCE_MAX: f32 = 1e27;
+
+/// Returns the radiance of the environments of a scene, blurred, in the pixels of an area of a
+/// picture, row by row from the top.
+///
+/// # Units
+/// W/(m2 sr); the sum over all environments of their mean radiance around the ray through the
+/// middle of the pixel.
+///
+/// # Domain
+/// A scene that [`Scene::validate`] accepts; `mesh` is its mesh, of which only the frame is
+/// used. Environments whose asset is missing are black.
+#[must_use]
+pub fn backdrop_radiance(
+    blur_deg: f64,
+    (scene, mesh, assets): (&Scene, &Mesh, &LightAssets),
+    size_px: PictureSize,
+    area: PixelArea,
+) -> Vec<[f32; 3]> {
+    let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
+    let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
+    let environments: Vec<PrefilteredEnvironment> =
+        lights.iter().filter_map(LightSampler::prefiltered).collect();
+    let view = View::new(&scene.camera, &frame, size_px);
+    let spacing = blur_deg.to_radians();
+    // Means of one level show its texels.
+    let taps = taps(spacing);
+    let pixel = |x: u32, y: u32| {
+        let towards = view.pixel_ray(size_px, (x, y), DVec2::splat(0.5)).direction;
+        let (across, up) = towards.any_orthonormal_pair();
+        let mut sum = [0.0f32; 3];
+        for light in &environments {
+            let (mut us, mut vs) = ([0.0; TAPS], [0.0; TAPS]);
+            for (tap, (u, v)) in taps.iter().zip(us.iter_mut().zip(&mut vs)) {
+                let towards = towards + across * tap.x + up * tap.y;
+                let in_map = light.in_map(towards.normalize()).as_vec3().to_array();
+                [*u, *v] = PrefilteredEnvironment::square(in_map);
+            }
+            let level = light.level(TAP_SPACING * spacing);
+            light.radiance((&us, &vs), &[0; TAPS], level, |_, mean| {
+                for (sum, mean) in sum.iter_mut().zip(mean) {
+                    *sum += mean;
+                }
+            });
+        }
+        // NaN, possible for extreme maps, becomes 0.
+        let mean = sum.map(|channel| channel / TAPS as f32);
+        mean.map(|channel| if channel > 0.0 { channel.min(RADIANCE_MAX) } else { 0.0 })
+    };
+    let rows = (area.y..area.y + area.height).into_par_iter();
+    rows.flat_map_iter(|y| (area.x..area.x + area.width).map(move |x| (x, y)))
+        .map(|(x, y)| pixel(x, y))
+        .collect()
+}
+
+/// Returns the offsets of the means that a pixel averages: a spiral over a disc as wide as the
+/// blur, for directions of length 1.
+///
+/// # Source
+/// Vogel 1979, *A better way to construct the sunflower head*.
+fn taps(spacing: f64) -> [DVec2; TAPS] {
+    let golden = PI * (3.0 - 5f64.sqrt());
+    let radius = libm::tan(0.5 * spacing.min(MAX_SPACING));
+    std::array::from_fn(|k| {
+        let at = radius * ((k as f64 + 0.5) / TAPS as f64).sqrt();
+        let turn = golden * k as f64;
+        DVec2::new(libm::cos(turn), libm::sin(turn)) * at
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_mesh::BuiltinMesh;
+
+    use super::*;
+
+    fn radiance(camera: &str, blur_deg: f64) -> Vec<[f32; 3]> {
+        let lights = r#""lights": [{"kind": "environment", "image": "low-sun"}]"#;
+        let scene: Scene =
+            serde_json::from_str(&format!(r#"{{{lights}, "camera": {camera}}}"#)).unwrap();
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let (size_px, area) = (PictureSize::from(24), PixelArea::whole(24));
+        let assets = LightAssets::default();
+        backdrop_radiance(blur_deg, (&scene, &mesh, &assets), size_px, area)
+    }
+
+    fn spread(pixels: &[[f32; 3]]) -> f32 {
+        let green = || pixels.iter().map(|pixel| pixel[1]);
+        green().fold(0.0, f32::max) - green().fold(f32::MAX, f32::min)
+    }
+
+    #[test]
+    fn sky_is_above_the_ground_and_blur_flattens_it() {
+        let level = r#"{"orbit_deg": [0, 0], "fov_y_deg": 90}"#;
+        let sharp = radiance(level, 0.0);
+        assert!(sharp[2 * 24 + 12][2] > 2.0 * sharp[21 * 24 + 12][2], "the sky is brighter");
+        let mut before = spread(&sharp);
+        for blur_deg in [20.0, 60.0] {
+            let after = spread(&radiance(level, blur_deg));
+            assert!(after < before, "{blur_deg}: {after} {before}");
+            before = after;
+        }
+    }
+
+    #[test]
+    fn parallel_rays_see_one_direction() {
+        let pixels = radiance(r#"{"orthographic": 1}"#, 5.0);
+        assert!(pixels.iter().all(|pixel| *pixel == pixels[0]) && pixels[0][1] > 0.0);
+    }
+
+    #[test]
+    fn part_of_a_picture_has_the_pixels_of_the_whole() {
+        let lights = r#"{"lights": [{"kind": "environment", "image": "studio"}]}"#;
+        let scene: Scene = serde_json::from_str(lights).unwrap();
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let size_px = PictureSize { width: 30, height: 20 };
+        let of = |area| {
+            let assets = LightAssets::default();
+            backdrop_radiance(10.0, (&scene, &mesh, &assets), size_px, area)
+        };
+        let whole = of(PixelArea::whole(size_px));
+        let part = PixelArea { x: 7, y: 3, width: 11, height: 5 };
+        let cut = (3..8).flat_map(|y| &whole[30 * y + 7..30 * y + 18]);
+        assert!(of(part).iter().eq(cut));
+    }
+}
