@@ -391,7 +391,7 @@ async function surrounded(app, step, shot, base) {
     await allLit(page);
     const around = await asServerDraws(app, generation, 75, base);
     await shot("9-backdrop");
-    await app.reshown(() => slide(app, "light", 20));
+    await app.reshown(() => slide(app, "light", 30));
     await noneLit(page);
     await app.reshown(() => backdrop.selectOption("color"));
     const green = await app.reshown(() => slide(app, "backdrop-color", "#0a8c3c"));
