@@ -13,8 +13,8 @@ export async function steer(app, step, shot) {
     await page.keyboard.press("Space");
     await chip("glossier").check();
     assert.deepEqual([await chip("warmer").isChecked(), await chip("cooler").isChecked()], [false, true]);
-    // Believable programs are homogeneous.
-    assert.ok(await chip("more-pattern").isDisabled());
+    // Believable programs can have a pattern.
+    assert.ok(await chip("more-pattern").isEnabled());
     const child = await app.generation(await app.becomes(() => app.cell(3).click()));
     assert.deepEqual(child.steer, ["cooler", "glossier"]);
     await page.getByText("cooler, glossier", { exact: true }).waitFor();

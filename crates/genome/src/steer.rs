@@ -49,20 +49,21 @@ const CONTRADICTIONS: [(Steer, Steer); 9] = [
     (Steer::OnlyGloss, Steer::LessPattern),
 ];
 
-/// Scalar parameters of models that form their highlights.
-const GLOSS: [&str; 12] = [
-    "alpha_x",
-    "alpha_y",
-    "anisotropic",
-    "clearcoat",
-    "clearcoat_gloss",
-    "exponent",
-    "exponent_u",
-    "exponent_v",
-    "ior",
-    "roughness",
-    "specular",
-    "stretch",
+/// Scalar parameters of models that form their highlights, and 1 if a larger value is glossier, -1 if
+/// a smaller one is.
+const GLOSS: [(&str, f64); 12] = [
+    ("alpha_x", -1.0),
+    ("alpha_y", -1.0),
+    ("anisotropic", 0.0),
+    ("clearcoat", 1.0),
+    ("clearcoat_gloss", 1.0),
+    ("exponent", 1.0),
+    ("exponent_u", 1.0),
+    ("exponent_v", 1.0),
+    ("ior", 1.0),
+    ("roughness", -1.0),
+    ("specular", 1.0),
+    ("stretch", 0.0),
 ];
 /// Scalar parameters of models that decide how far a colour shows.
 const TINTS: [&str; 2] = ["sheen_tint", "spec_tint"];
@@ -165,7 +166,13 @@ fn has_only_colours(layers: &[Model]) -> bool {
 }
 
 fn is_gloss(parameter: &Parameter) -> bool {
-    GLOSS.contains(&parameter.name) && matches!(parameter.kind, ParameterKind::Scalar { .. })
+    let is_named = GLOSS.iter().any(|(name, _)| *name == parameter.name);
+    is_named && matches!(parameter.kind, ParameterKind::Scalar { .. })
+}
+
+/// Sign with which a scalar parameter makes a model glossier: 0 if it does not form highlights.
+pub(crate) fn gloss_sign(parameter: &Parameter) -> f64 {
+    GLOSS.iter().find(|(name, _)| *name == parameter.name).map_or(0.0, |(_, sign)| *sign)
 }
 
 fn is_colour(parameter: &Parameter) -> bool {

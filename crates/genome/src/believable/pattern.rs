@@ -306,13 +306,13 @@ impl Pattern {
 }
 
 /// Steps at amount 1.
-const ACROSS_STEP: f64 = 0.3;
-const PHASE_STEP: f64 = 1.0;
-const WARP_STEP: f64 = 0.6;
+const ACROSS_STEP: f64 = 0.4;
+const PHASE_STEP: f64 = 2.0;
+const WARP_STEP: f64 = 0.8;
 /// In multiples of the largest weight.
-const FORM_STEP: f64 = 0.25;
+const FORM_STEP: f64 = 0.5;
 const NARROWING_STEP: f64 = 0.4;
-const LEVEL_STEP: f64 = 0.7;
+const LEVEL_STEP: f64 = 1.0;
 /// Largest values.
 const WARP_MOST: f64 = 4.0;
 const NARROWING_MOST: f64 = 1.5;

@@ -12,18 +12,20 @@ use crate::{BirthKey, CONSTANTS, Instruction};
 
 /// Probability of a new shape in the old colour, and of a new colour, at amount 1; grows with the
 /// square of the amount, so that small amounts keep both.
-const RESHAPE: f32 = 0.8;
+const RESHAPE: f32 = 1.0;
 const RECOLOUR: f32 = 1.0;
 /// Change of the shape at amount 1, in differences of two anchors.
 const STEP: f64 = 0.7;
 /// Standard deviation of the change of log2 of the albedo of each channel at amount 1.
 const COLOUR_STEP: f64 = 1.5;
 /// Probability of a new pattern at amount 1.
-const REPATTERN: f32 = 0.8;
+const REPATTERN: f32 = 1.0;
+/// Probability of a new structure at amount 1; its part that differs is added or removed.
+const RESTRUCTURE: f32 = 1.5;
 /// Change of the second colours of a pattern, as a share of that of the first.
-const SECOND: f64 = 0.3;
+const SECOND: f64 = 0.7;
 /// Standard deviation of the change of a stretch at amount 1.
-const STRETCH_STEP: f64 = 1.0;
+const STRETCH_STEP: f64 = 1.3;
 /// Largest stretch: widths of 20 to 1.
 const STRETCH_MOST: f64 = 3.0;
 /// Step of ln of the width of highlights in the direction of a steer, of log2 of the albedo of each
@@ -104,6 +106,10 @@ fn mutant(old: &Parameters, mutation: f32, rules: Rules, key: BirthKey) -> Param
         }
         change_stretch(&mut new, mutation, &mut modules);
         change_pattern(&mut new, (class, steered), mutation, &mut modules);
+        let restructures = modules.chance(RESTRUCTURE * mutation * mutation);
+        if let Some(most) = most.filter(|_| restructures && !steered.colour) {
+            restructure(&mut new, class, most, &mut modules);
+        }
         toward.step(&mut new, steered);
         if let Some(most) = most {
             toward.change_structure(&mut new, (class, most), steered);
@@ -229,6 +235,19 @@ fn take_modules(
             }
         }
     }
+}
+
+/// Draws the structure anew. Modules that stay keep their values.
+fn restructure(new: &mut Parameters, class: Class, most: Structure, stream: &mut Stream) {
+    let drawn = draw::structure(class, most, stream);
+    let own = new.structure();
+    let added = Structure {
+        is_brushed: drawn.is_brushed && !own.is_brushed,
+        is_patterned: drawn.is_patterned && !own.is_patterned,
+    };
+    new.stretch = new.stretch.filter(|_| drawn.is_brushed);
+    new.pattern = new.pattern.filter(|_| drawn.is_patterned);
+    draw::dress(new, class, added, stream);
 }
 
 /// Steps in the directions of a steer.

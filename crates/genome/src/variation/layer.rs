@@ -183,7 +183,7 @@ fn with_choices_of(model: Model, other: &Model) -> Model {
 }
 
 /// Returns a model of another kind with the values of the parameters that both kinds have.
-fn converted(model: &Model, kind: ModelKind) -> Model {
+pub(super) fn converted(model: &Model, kind: ModelKind) -> Model {
     model.parameters().fold(Model::new(kind), |made, (parameter, values)| {
         let Some(own) = kind.parameters().iter().find(|own| own.name == parameter.name) else {
             return made;
