@@ -32,8 +32,8 @@ pub struct BenchBroodArgs {
     /// Words of a steer, comma-separated: also measures broods that follow them
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer_word)]
     steer: Vec<Steer>,
-    /// Breed from independent random parents of this kind, none black, instead of a chain of programs:
-    /// wild, believable, models, layers, or program and layer
+    /// Breed from independent random parents of this kind, none black, instead of a chain of
+    /// programs: wild, believable, models, layers, or program and layer
     #[arg(long, value_name = "KIND", value_parser = parent_kind)]
     kind: Option<Kind>,
     /// Side of the compared pictures in pixels

@@ -49,8 +49,8 @@ const CONTRADICTIONS: [(Steer, Steer); 9] = [
     (Steer::OnlyGloss, Steer::LessPattern),
 ];
 
-/// Scalar parameters of models that form their highlights, and 1 if a larger value is glossier, -1 if
-/// a smaller one is.
+/// Scalar parameters of models that form their highlights, and 1 if a larger value is glossier, -1
+/// if a smaller one is.
 const GLOSS: [(&str, f64); 12] = [
     ("alpha_x", -1.0),
     ("alpha_y", -1.0),

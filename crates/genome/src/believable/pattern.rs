@@ -36,7 +36,7 @@ impl Place {
     const NARROWING: usize = 22;
 }
 
-/// What a pattern looks like.
+/// Look of a pattern.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Style {
     /// Wood grain.
