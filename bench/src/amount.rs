@@ -35,10 +35,22 @@ pub struct BenchAmountArgs {
     /// Take the amounts as amounts of the operators, from which the visible amount is calibrated
     #[arg(long)]
     operators: bool,
+    /// Measure only this kind of parents: wild, believable, models, layers, or program and layer
+    #[arg(long, value_name = "KIND", value_parser = parent_kind)]
+    kind: Option<Kind>,
     #[command(flatten)]
     seeds: SeedsArgs,
     #[command(flatten)]
     common: CommonArgs,
+}
+
+/// Parses a kind of parents.
+///
+/// # Errors
+/// A list of the kinds.
+pub(crate) fn parent_kind(text: &str) -> Result<Kind, String> {
+    let known = || Kind::ALL.map(Kind::name).join(", ");
+    Kind::from_name(text).ok_or_else(|| format!("must be one of {}", known()))
 }
 
 /// Amounts of mutation and of recombination.
@@ -106,7 +118,8 @@ fn mean(values: &[Distance]) -> Distance {
 }
 
 impl Kind {
-    fn start(self) -> Start {
+    /// Start of the lineages that have such parents.
+    pub(crate) fn start(self) -> Start {
         match self {
             Self::Wild | Self::Layered => Start::Wild,
             Self::Believable => Start::Believable,
@@ -115,7 +128,7 @@ impl Kind {
     }
 
     /// Parents, without black ones.
-    fn parents(self, seed: u64, count: usize) -> Result<Vec<Genome>> {
+    pub(crate) fn parents(self, seed: u64, count: usize) -> Result<Vec<Genome>> {
         let output = Some(Output::saturation(SATURATION)?);
         let models = || {
             let random = Variation::random(Start::Models.dialect()).with_output(output);
@@ -168,9 +181,10 @@ pub fn run(args: &BenchAmountArgs, json: bool) -> Result<()> {
 }
 
 fn of_seed(args: &BenchAmountArgs, seed: u64) -> Result<Finding> {
-    let bar = output::bar(Kind::ALL.len() as u64 * u64::from(args.count), "breeding and comparing");
+    let kinds = args.kind.map_or(Kind::ALL.to_vec(), |kind| vec![kind]);
+    let bar = output::bar(kinds.len() as u64 * u64::from(args.count), "breeding and comparing");
     let mut effects = Vec::new();
-    for kind in Kind::ALL {
+    for kind in kinds {
         // One extra, so that a single parent has a mate.
         let parents = kind.parents(seed, args.count as usize + 1)?;
         let measured: Vec<Measured> = (0..args.count as usize)

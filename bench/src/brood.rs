@@ -2,19 +2,20 @@
 //!
 //! A picture is useful if it is not black and differs visibly, by FLIP, from the parent and from
 //! every sibling. All kinds of curation breed from the same parents: a chain in which each brood's
-//! parent is a child of the previous one.
+//! parent is a child of the previous one, or independent random parents of one kind.
 
 use std::time::Instant;
 
 use anyhow::Result;
 use brood_eval::{Appearance, Preview, diverse_brood, steered_brood};
-use brood_genome::{Genome, Steer, Variation};
+use brood_genome::{Genome, Start, Steer, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::Curation;
 use clap::Args;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::amount::{Kind, parent_kind};
 use super::flip::PictureSet;
 use super::measure::{is_visible, quantile, visible_genomes};
 use crate::{logging, output};
@@ -31,6 +32,10 @@ pub struct BenchBroodArgs {
     /// Words of a steer, comma-separated: also measures broods that follow them
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer_word)]
     steer: Vec<Steer>,
+    /// Breed from independent random parents of this kind, none black, instead of a chain of
+    /// programs: wild, believable, models, layers, or program and layer
+    #[arg(long, value_name = "KIND", value_parser = parent_kind)]
+    kind: Option<Kind>,
     /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
@@ -51,6 +56,8 @@ struct Figures {
     curation: &'static str,
     /// Share of the children that follow the steer; 1 without one.
     followed: f64,
+    /// Share of the parents of which a child follows it.
+    parents_followed: f64,
     /// Share of the pictures that are useful.
     useful: f64,
     /// Share of the broods with at least 19 useful pictures.
@@ -62,6 +69,8 @@ struct Figures {
     /// Median time to breed a brood.
     median_ms: f64,
     p99_ms: f64,
+    /// Longest time.
+    most_ms: f64,
 }
 
 /// Runs the command.
@@ -75,7 +84,7 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
     let bar = output::bar(rules.len() as u64 * u64::from(args.count), "breeding and comparing");
     let mut all = Vec::new();
     for curation in rules {
-        let (mut useful, mut followed) = (Vec::new(), 0);
+        let (mut useful, mut followed) = (Vec::new(), Vec::new());
         let (mut black, mut draws, mut times) = (0, 0, Vec::new());
         for (number, parent) in (0..).zip(&parents) {
             let request = request(args, parent, number);
@@ -83,7 +92,7 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
             let brood = breed(&request, curation, &args.steer);
             times.push(started.elapsed().as_secs_f64() * 1e3);
             draws += brood.iter().map(|child| child.attempts).sum::<u32>();
-            followed += following(parent, &brood, &args.steer);
+            followed.push(following(parent, &brood, &args.steer));
             let (seen, dark) = judged(args.size, parent, &brood)?;
             useful.push(seen);
             black += dark;
@@ -92,13 +101,15 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
         let broods = f64::from(args.count);
         all.push(Figures {
             curation: curation.map_or("steered", Curation::name),
-            followed: followed as f64 / broods / f64::from(CHILDREN),
+            followed: followed.iter().sum::<usize>() as f64 / broods / f64::from(CHILDREN),
+            parents_followed: followed.iter().filter(|count| **count > 0).count() as f64 / broods,
             useful: useful.iter().sum::<usize>() as f64 / broods / f64::from(CHILDREN),
             broods_with_19: useful.iter().filter(|count| **count >= 19).count() as f64 / broods,
             black,
             draws: f64::from(draws) / broods,
             median_ms: quantile(&times, 0.5),
             p99_ms: quantile(&times, 0.99),
+            most_ms: times.iter().copied().fold(0.0, f64::max),
         });
     }
     bar.finish_and_clear();
@@ -106,14 +117,19 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
         return output::print_json(&all);
     }
     let mut text = format!(
-        "{} broods of {CHILDREN}, mutation {}; a frame is useful if it is not black and its mean FLIP over the object \
+        "{} broods of {CHILDREN}, {}, mutation {}; a frame is useful if it is not black and its mean FLIP over the object \
          from the parent and every sibling is over {VISIBLE}\ncuration  useful frames  broods with 19 or more  black frames  \
-         draws / brood  births ms median    p99  follow the steer\n",
-        args.count, args.mutation
+         draws / brood  births ms median    p99    most  follow the steer  parents followed\n",
+        args.count,
+        args.kind.map_or_else(
+            || "a chain of parents".to_owned(),
+            |kind| format!("parents: {}", kind.name())
+        ),
+        args.mutation
     );
     for f in &all {
         text += &format!(
-            "{:<8}  {:>11.1} %  {:>21.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}  {:>14.1} %\n",
+            "{:<8}  {:>11.1} %  {:>21.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}  {:>6.1}  {:>14.1} %  {:>14.1} %\n",
             f.curation,
             100.0 * f.useful,
             100.0 * f.broods_with_19,
@@ -121,14 +137,17 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
             f.draws,
             f.median_ms,
             f.p99_ms,
-            100.0 * f.followed
+            f.most_ms,
+            100.0 * f.followed,
+            100.0 * f.parents_followed
         );
     }
     output::print(&text)
 }
 
 fn request<'a>(args: &BenchBroodArgs, parent: &'a Genome, number: u64) -> BroodRequest<'a> {
-    let variation = Variation::mutate(parent, args.mutation);
+    let start = args.kind.map_or(Start::Wild, Kind::start);
+    let variation = Variation::mutate(parent, args.mutation).with_start(start);
     BroodRequest { variation, count: CHILDREN, seed: args.seed + number, distinct: true }
 }
 
@@ -164,8 +183,12 @@ pub fn steer_word(text: &str) -> Result<Steer, String> {
     Steer::from_name(text.trim()).ok_or_else(|| format!("must be one of {}", known()))
 }
 
-/// Chain of parents, none of them black, as a person would choose them.
+/// Random parents of a kind, or a chain of parents, none of them black, as a person would choose
+/// them.
 fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
+    if let Some(kind) = args.kind {
+        return kind.parents(args.seed, args.count as usize);
+    }
     let mut parents: Vec<Genome> = visible_genomes(args.seed)?.take(1).collect();
     for number in 0..u64::from(args.count) - 1 {
         let last = parents.last().expect("the first was drawn");

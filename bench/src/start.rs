@@ -51,6 +51,8 @@ const TOLERATED: f64 = 1.001;
 enum First {
     /// Random children of a start.
     Random(Start),
+    /// Isotropic homogeneous believable programs, with which the page begins.
+    Even,
     /// Presets, without repetition.
     Presets,
 }
@@ -72,6 +74,7 @@ struct Figures {
 pub fn run(args: &BenchStartArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let firsts = [
+        First::Even,
         First::Random(Start::Believable),
         First::Random(Start::Models),
         First::Presets,
@@ -111,12 +114,12 @@ pub fn run(args: &BenchStartArgs, json: bool) -> Result<()> {
         "{} lineages of each start, broods of {CHILDREN}, mutation {}, curation diverse, a random child as the parent; ball \
          under the environment studio, {} pixels. above 1: individuals with a largest albedo above {TOLERATED}, as rendered; \
          dark: pictures of which more than half of the object is black; spread: mean FLIP between the pictures of a brood\n\
-         start       generation  above 1     dark  spread\n",
+         start             generation  above 1     dark  spread\n",
         args.count, args.mutation, args.size
     );
     for f in &all {
         text += &format!(
-            "{:<10}  {:>10}  {:>5.1} %  {:>4.1} %  {:>6.3}\n",
+            "{:<16}  {:>10}  {:>5.1} %  {:>4.1} %  {:>6.3}\n",
             f.start,
             f.generation,
             100.0 * f.above_1,
@@ -131,6 +134,7 @@ impl First {
     fn name(self) -> &'static str {
         match self {
             Self::Random(start) => start.name(),
+            Self::Even => "believable, even",
             Self::Presets => "presets",
         }
     }
@@ -138,6 +142,7 @@ impl First {
     fn start(self) -> Start {
         match self {
             Self::Random(start) => start,
+            Self::Even => Start::Believable,
             Self::Presets => Start::Wild,
         }
     }
@@ -154,6 +159,11 @@ impl First {
                     }
                 };
                 genomes(bred(variation, seed))
+            }
+            Self::Even => {
+                let dialect = Start::Believable.dialect();
+                let even = Dialect { isotropic: true, homogeneous: true, ..dialect };
+                genomes(bred(Variation::random(even).with_start(Start::Believable), seed))
             }
             Self::Presets => {
                 let presets = PRESETS.iter().map(|preset| preset.genome());

@@ -23,6 +23,10 @@ async fn believable_lineage_draws_limited_programs_that_vary_by_constants() {
     assert_eq!(made["dialect"]["opcodes"], json!("extended"));
     let (first, again) = (lineage.random(4).await, lineage.random(4).await);
     assert_eq!(hashes(&first), hashes(&again), "equal seeds draw equal genomes");
+    // Under both switches, all programs have one structure.
+    let switches = json!({"isotropic": true, "homogeneous": true});
+    let plain = json!({"parents": [], "count": 4, "seed": 1, "constraints": switches});
+    let first = lineage.breed(plain).await;
     let parent = genome(&server, &hashes(&first)[0]).await;
     assert!(parent.contains("\n.limit on\n"), "{parent}");
     let breed = json!({"parents": [ids(&first)[0]], "count": 4, "seed": 2});

@@ -346,7 +346,7 @@ export async function live(app, step, shot, base) {
   await surrounded(app, step, shot, base);
 }
 
-/** Draws environments live, in a lineage of believable programs: these are isotropic. */
+/** Draws environments live, in a lineage of isotropic homogeneous believable programs. */
 async function surrounded(app, step, shot, base) {
   const { page } = app;
   const { lineage: before } = await app.generation(await app.ready());
@@ -360,7 +360,8 @@ async function surrounded(app, step, shot, base) {
   await step("draws an environment live like the server, under a lamp that circles", async () => {
     const send = poster(base);
     const { id } = await send("/v1/lineages", { name: "Surrounded", start: "believable" });
-    await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 5 });
+    const constraints = { isotropic: true, homogeneous: true };
+    await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 5, constraints });
     await goTo(id);
     generation = await app.generation(await app.ready());
     assert.equal(generation.lineage, id);

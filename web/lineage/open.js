@@ -105,6 +105,14 @@ const UNDER_LAMP = { mesh: "ball", lights: [{ kind: "point" }] };
 const IN_STUDIO = { mesh: "ball", lights: [{ kind: "point" }, environment("studio")] };
 
 /**
+ * True if first broods have a switch on. Believable programs begin even, although their dialect is
+ * not: pictures of brushed and patterned ones take seconds in the studio and are not drawn live.
+ * @param {Lineage} of
+ * @param {"isotropic"|"homogeneous"} name
+ */
+const isEven = (of, name) => of.start === "believable" || (of.dialect[name] ?? false);
+
+/**
  * Fills an empty lineage with the presets of its dialect.
  * @param {string} id
  */
@@ -199,8 +207,8 @@ export async function open(id, wanted, begin = beginAtRandom) {
     lineageStore.knobs.value = {
       mutation: bred?.mutation ?? (begin === beginWithMaterials ? NEAR : 0.3),
       recombination: bred?.recombination ?? 0.5,
-      isotropic: target?.constraints?.isotropic ?? of.dialect.isotropic ?? false,
-      homogeneous: target?.constraints?.homogeneous ?? of.dialect.homogeneous ?? false,
+      isotropic: target?.constraints?.isotropic ?? isEven(of, "isotropic"),
+      homogeneous: target?.constraints?.homogeneous ?? isEven(of, "homogeneous"),
       saturation: target?.saturation ?? of.saturation,
       energy_limit: target?.energy_limit ?? of.energy_limit,
       steer: bred?.steer ?? [],

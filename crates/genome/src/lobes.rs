@@ -6,5 +6,6 @@
 mod program;
 mod shape;
 
+pub(crate) use program::Code;
 pub use program::LobesError;
 pub use shape::Shape;

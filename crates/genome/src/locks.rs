@@ -318,6 +318,11 @@ impl ResolvedLocks {
         self.constants[index]
     }
 
+    /// True if an instruction, a constant or a channel is locked.
+    pub(crate) fn locks_any(&self) -> bool {
+        self.instructions.contains(&true) || self.constants.contains(&true) || self.channels != 0
+    }
+
     /// Locked channels, red in the lowest bit.
     pub(crate) fn channels(&self) -> u8 {
         self.channels

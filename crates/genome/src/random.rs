@@ -50,6 +50,14 @@ pub enum Operator {
     MutateBelievable = 14,
     /// Crossover of believable programs.
     RecombineBelievable = 15,
+    /// Modules of believable programs.
+    BelievableStructure = 16,
+    /// Mutation of the modules.
+    MutateStructure = 17,
+    /// Crossover of the modules.
+    RecombineStructure = 18,
+    /// Steps in the directions of a steer.
+    Toward = 19,
     /// Starts of a fit of models.
     Analytic = 20,
 }

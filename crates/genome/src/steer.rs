@@ -1,12 +1,14 @@
 //! Steering: properties of the first parent that the children of a brood keep, or the direction in
 //! which they change.
 //!
-//! Parts of a genome that are known to be its colour or its gloss are kept here. Everything else
-//! is a matter of choosing among draws, by their pictures (`steered_brood` of the eval crate).
+//! Parts of a genome that are known to be its colour or its gloss are kept here, and draws are
+//! biased towards the directions. Everything else is a matter of choosing among draws, by their
+//! pictures (`steered_brood` of the eval crate).
 
 use brood_brdf::{Model, Parameter, ParameterKind};
 use serde::{Deserialize, Serialize};
 
+use crate::random::Stream;
 use crate::{DialectConstraints, Genome};
 
 crate::named_enum! {
@@ -47,20 +49,21 @@ const CONTRADICTIONS: [(Steer, Steer); 9] = [
     (Steer::OnlyGloss, Steer::LessPattern),
 ];
 
-/// Scalar parameters of models that form their highlights.
-const GLOSS: [&str; 12] = [
-    "alpha_x",
-    "alpha_y",
-    "anisotropic",
-    "clearcoat",
-    "clearcoat_gloss",
-    "exponent",
-    "exponent_u",
-    "exponent_v",
-    "ior",
-    "roughness",
-    "specular",
-    "stretch",
+/// Scalar parameters of models that form their highlights, and 1 if a larger value is glossier, -1
+/// if a smaller one is.
+const GLOSS: [(&str, f64); 12] = [
+    ("alpha_x", -1.0),
+    ("alpha_y", -1.0),
+    ("anisotropic", 0.0),
+    ("clearcoat", 1.0),
+    ("clearcoat_gloss", 1.0),
+    ("exponent", 1.0),
+    ("exponent_u", 1.0),
+    ("exponent_v", 1.0),
+    ("ior", 1.0),
+    ("roughness", -1.0),
+    ("specular", 1.0),
+    ("stretch", 0.0),
 ];
 /// Scalar parameters of models that decide how far a colour shows.
 const TINTS: [&str; 2] = ["sheen_tint", "spec_tint"];
@@ -163,28 +166,73 @@ fn has_only_colours(layers: &[Model]) -> bool {
 }
 
 fn is_gloss(parameter: &Parameter) -> bool {
-    GLOSS.contains(&parameter.name) && matches!(parameter.kind, ParameterKind::Scalar { .. })
+    let is_named = GLOSS.iter().any(|(name, _)| *name == parameter.name);
+    is_named && matches!(parameter.kind, ParameterKind::Scalar { .. })
+}
+
+/// Sign with which a scalar parameter makes a model glossier: 0 if it does not form highlights.
+pub(crate) fn gloss_sign(parameter: &Parameter) -> f64 {
+    GLOSS.iter().find(|(name, _)| *name == parameter.name).map_or(0.0, |(_, sign)| *sign)
 }
 
 fn is_colour(parameter: &Parameter) -> bool {
     matches!(parameter.kind, ParameterKind::Color { .. }) || TINTS.contains(&parameter.name)
 }
 
-/// Parts of the first parent that a steer keeps. Only models and believable programs have
-/// parameters of which colour or gloss is known.
+/// Parts of the first parent that a steer keeps or changes. Only models and believable programs
+/// have parameters of which colour or gloss is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Kept {
     /// Colours stay.
     pub(crate) colour: bool,
     /// Everything but highlights stays.
     pub(crate) all_but_gloss: bool,
+    /// Directions in which children change.
+    pub(crate) toward: Toward,
 }
+
+/// Directions of a steer, each -1, 0 or 1. Draws of models and believable programs are biased
+/// towards them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Toward {
+    /// Above 0: warmer.
+    pub(crate) warmth: i8,
+    /// Above 0: glossier.
+    pub(crate) gloss: i8,
+    /// Above 0: more pattern.
+    pub(crate) pattern: i8,
+}
+
+impl Toward {
+    fn of(words: &[Steer]) -> Self {
+        let either = |more: Steer, less: Steer| {
+            i8::from(words.contains(&more)) - i8::from(words.contains(&less))
+        };
+        Self {
+            warmth: either(Steer::Warmer, Steer::Cooler),
+            gloss: either(Steer::Glossier, Steer::Rougher),
+            pattern: either(Steer::MorePattern, Steer::LessPattern),
+        }
+    }
+
+    /// Size of a step in a direction at this amount of mutation, from half to one and a half of
+    /// it. Redraws take larger steps, because smaller ones were not enough.
+    pub(crate) fn step(amount: f32, attempt: u32, stream: &mut Stream) -> f64 {
+        let redraws = f64::from(attempt.min(MOST_REDRAWS));
+        f64::from(amount) * (0.5 + f64::from(stream.unit())) * (1.0 + REDRAW_STEP * redraws)
+    }
+}
+
+/// Growth of the steps in a direction from draw to draw, and the draw from which they stay.
+const REDRAW_STEP: f64 = 0.15;
+const MOST_REDRAWS: u32 = 32;
 
 impl Kept {
     pub(crate) fn of(words: &[Steer]) -> Self {
         Self {
             colour: words.contains(&Steer::KeepColour),
             all_but_gloss: words.contains(&Steer::OnlyGloss),
+            toward: Toward::of(words),
         }
     }
 
@@ -193,7 +241,7 @@ impl Kept {
         self.colour && is_colour(parameter) || self.all_but_gloss && !is_gloss(parameter)
     }
 
-    /// True if anything stays.
+    /// True if anything stays. Directions alone keep nothing.
     pub(crate) fn is_any(self) -> bool {
         self.colour || self.all_but_gloss
     }

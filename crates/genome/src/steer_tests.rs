@@ -32,8 +32,8 @@ fn words_are_refused_when_they_contradict_or_do_not_fit_the_parents() {
     let error = SteerError::Contradiction(Warmer, Cooler).to_string();
     assert_eq!(error, "`cooler` contradicts `warmer`: leave one of them out");
     let phong = Genome::of_models(vec![Model::new(ModelKind::Phong)]).unwrap();
+    assert_eq!(check(&[LessPattern], &[&phong]), Err(SteerError::NoPattern(LessPattern)));
     for parent in [drawn(Start::Believable, 0), phong] {
-        assert_eq!(check(&[LessPattern], &[&parent]), Err(SteerError::NoPattern(LessPattern)));
         assert_eq!(check(&[KeepColour], &[&parent]), Ok(()));
     }
     let constraints = DialectConstraints { homogeneous: Some(true), isotropic: None };
@@ -52,7 +52,7 @@ fn gloss_and_tints_are_scalars_of_models() {
         .filter(|one| matches!(one.kind, ParameterKind::Scalar { .. }))
         .map(|one| one.name)
         .collect();
-    for name in GLOSS.iter().chain(&TINTS) {
+    for name in GLOSS.iter().map(|(name, _)| name).chain(&TINTS) {
         assert!(scalars.contains(name), "{name}");
     }
 }
@@ -104,4 +104,37 @@ fn wild_children_of_a_seed_do_not_depend_on_the_steer() {
     let plain = Variation::mutate(&parent, 0.3);
     let steered = plain.with_steer(&[Steer::KeepColour, Steer::Rougher]);
     assert_eq!(steered.birth(key(1)), plain.birth(key(1)));
+}
+
+#[test]
+fn models_step_towards_the_words() {
+    let parent = Genome::of_models(vec![Model::new(ModelKind::CookTorrance)]).unwrap();
+    let parent = parent.layers()[0].clone().with("diffuse", &[0.4; 3]).unwrap();
+    let parent = Genome::of_models(vec![parent]).unwrap();
+    let mean = |words: &[Steer], of: fn(&Model) -> f64| {
+        let child = |slot| Variation::mutate(&parent, 0.3).with_steer(words).birth(key(slot));
+        (0..100).map(|slot| of(&child(slot).layers()[0])).sum::<f64>() / 100.0
+    };
+    let roughness = |model: &Model| model.get("roughness").map_or(0.2, |one| one[0]).ln();
+    let warmth = |model: &Model| model.get("diffuse").map_or(0.0, |one| one[0] - one[2]);
+    let (plain, warm) = (mean(&[], roughness), mean(&[], warmth));
+    assert!(mean(&[Steer::Glossier], roughness) < plain - 0.7);
+    assert!(mean(&[Steer::Rougher], roughness) > plain + 0.4);
+    assert!(mean(&[Steer::Warmer], warmth) > warm + 0.1);
+    assert!(mean(&[Steer::Cooler], warmth) < warm - 0.1);
+    // What a word keeps is not moved by another one.
+    let both = [Steer::KeepColour, Steer::Glossier];
+    assert_eq!(mean(&both, warmth), 0.0);
+    assert!(mean(&both, roughness) < plain - 0.7);
+}
+
+#[test]
+fn redraws_take_larger_steps() {
+    let step = |attempt| {
+        let mut stream = Stream::new(key(0), crate::Operator::Toward);
+        Toward::step(0.3, attempt, &mut stream)
+    };
+    assert!(step(0) > 0.1 && step(0) < 0.5);
+    assert!(step(1) > step(0) && step(32) > 4.0 * step(0));
+    assert_eq!(step(100), step(32));
 }

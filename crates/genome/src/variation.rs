@@ -6,8 +6,9 @@ mod mutate;
 mod random;
 mod recombine;
 mod strength;
+mod toward;
 
-use crate::believable;
+use crate::believable::{self, Structure};
 use crate::locks::ResolvedLocks;
 use crate::steer::Kept;
 use crate::{BirthKey, Dialect, DialectConstraints, Genome, Locks, Output, Start, Steer};
@@ -201,7 +202,7 @@ impl<'a> Variation<'a> {
     fn draft(&self, key: BirthKey) -> Draft {
         match self.origin {
             Origin::Random(dialect) if self.is_believable() => {
-                let drawn = Draft::copy(&believable::genome(key));
+                let drawn = Draft::copy(&believable::genome(key, self.modules([&dialect])));
                 Draft { dialect, ..drawn }
             }
             Origin::Random(dialect) => random::genome(dialect, key),
@@ -210,24 +211,36 @@ impl<'a> Variation<'a> {
                 mutate::draft(
                     &mut draft,
                     key,
-                    self.how(mutation, true),
+                    self.how(mutation, true, self.modules([parent.dialect()])),
                     &self.resolve_locks(parent),
                 );
                 draft
             }
             Origin::Recombine { first, second, recombination, mutation } => {
                 let locked = self.resolve_locks(first);
-                let amount = (recombination, self.is_believable());
-                let mut draft = recombine::draft(first, second, amount, key, &locked);
-                mutate::draft(&mut draft, key, self.how(mutation, false), &locked);
+                let modules = self.modules([first.dialect(), second.dialect()]);
+                let how = self.how(mutation, false, modules);
+                let mut draft =
+                    recombine::draft((first, second), recombination, key, (how, &locked));
+                mutate::draft(&mut draft, key, how, &locked);
                 draft
             }
         }
     }
 
-    fn how(&self, mutation: f32, force: bool) -> mutate::How {
-        let is_believable = self.is_believable();
-        mutate::How { mutation, scale: self.scale, force, is_believable }
+    fn how(&self, mutation: f32, force: bool, modules: Structure) -> mutate::How {
+        let believable = self.is_believable().then_some(modules);
+        mutate::How { mutation, scale: self.scale, force, believable }
+    }
+
+    /// Modules that believable children may have under the constraints, if the parents have these
+    /// dialects, or random children this one.
+    fn modules<const N: usize>(&self, dialects: [&Dialect; N]) -> Structure {
+        let DialectConstraints { isotropic, homogeneous } = self.constraints;
+        let all = |is: fn(&Dialect) -> bool| dialects.into_iter().all(is);
+        let isotropic = isotropic.unwrap_or_else(|| all(|dialect| dialect.isotropic));
+        let homogeneous = homogeneous.unwrap_or_else(|| all(|dialect| dialect.homogeneous));
+        Structure { is_brushed: !isotropic, is_patterned: !homogeneous }
     }
 
     fn is_believable(&self) -> bool {

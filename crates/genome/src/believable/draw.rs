@@ -3,7 +3,8 @@
 use super::anchor::{Anchor, Class, VALUES};
 use super::colour;
 use super::parameters::Parameters;
-use super::structure::{TERMS, WEIGHTS};
+use super::pattern::{Pattern, Style};
+use super::structure::{NARROW, Structure, TERMS, WEIGHTS, WIDE, unit_of};
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, Genome};
 
@@ -27,12 +28,135 @@ const FARTHEST: f64 = 0.4;
 const LEAST_METAL: f64 = 0.02;
 /// Least albedo of a body, so that no picture is black.
 const LEAST_ALBEDO: f64 = 0.01;
+/// Least width of the narrow highlight of a brushed material: tan theta_h where it bends.
+const BRUSHED: (f64, f64) = (0.08, 0.2);
+/// Stretch: ln of the ratio of the widths of a highlight.
+const STRETCH: (f64, f64) = (0.9, 2.0);
+/// Change of the level of the highlights of brushed cloth.
+const SATIN: (f64, f64) = (0.5, 2.0);
+/// Largest widening, in ln.
+const WIDENING: f64 = 2.5;
+/// Second albedos of patterns stay between these.
+const SECOND: (f64, f64) = (0.02, 0.8);
+/// Change of the level of all terms of a metal, as a share of that of its highlights.
+const METAL_LEVEL: f64 = 0.5;
 
-/// Draws a believable program.
-pub(crate) fn genome(key: BirthKey) -> Genome {
+/// Draws a believable program with at most the modules of `most`.
+pub(crate) fn genome(key: BirthKey, most: Structure) -> Genome {
     let mut stream = Stream::new(key, Operator::Believable);
     let class = class(&mut stream);
-    parameters(class, &mut stream).genome()
+    let mut parameters = parameters(class, &mut stream);
+    let mut stream = Stream::new(key, Operator::BelievableStructure);
+    dress(&mut parameters, class, structure(class, most, &mut stream), &mut stream);
+    parameters.genome()
+}
+
+/// Shares of brushed and of patterned materials of a class; independent of each other.
+fn shares(class: Class) -> (f32, f32) {
+    match class {
+        Class::Metal => (0.4, 0.15),
+        Class::MetallicPaint => (0.1, 0.12),
+        Class::Plastic => (0.03, 0.15),
+        Class::Paint => (0.0, 0.3),
+        Class::Cloth => (0.15, 0.4),
+        Class::Wood => (0.1, 0.8),
+        Class::Stone => (0.0, 0.7),
+        Class::Rubber => (0.0, 0.15),
+    }
+}
+
+/// Draws a structure of a class with at most the modules of `most`.
+pub(super) fn structure(class: Class, most: Structure, stream: &mut Stream) -> Structure {
+    let (brushed, patterned) = shares(class);
+    let (is_brushed, is_patterned) = (stream.chance(brushed), stream.chance(patterned));
+    Structure {
+        is_brushed: is_brushed && most.is_brushed,
+        is_patterned: is_patterned && most.is_patterned,
+    }
+}
+
+/// Gives parameters of the plain structure the modules of another one.
+pub(super) fn dress(
+    parameters: &mut Parameters,
+    class: Class,
+    structure: Structure,
+    stream: &mut Stream,
+) {
+    if structure.is_brushed {
+        brush(parameters, class, stream);
+    }
+    if structure.is_patterned {
+        parameters.pattern = Some(pattern(parameters, class, stream));
+    }
+}
+
+/// Draws a stretch. Narrow highlights are widened, or the stretch would not show; those of cloth
+/// become satin, stronger ones.
+fn brush(parameters: &mut Parameters, class: Class, stream: &mut Stream) {
+    let mut between = |low: f64, high: f64| low + (high - low) * f64::from(stream.unit());
+    let along_v = between(0.0, 1.0) < 0.5;
+    let stretch = between(STRETCH.0, STRETCH.1);
+    let satin = if class == Class::Cloth { between(SATIN.0, SATIN.1) } else { 0.0 };
+    parameters.stretch = Some(if along_v { stretch } else { -stretch });
+    let width = libm::log(between(BRUSHED.0, BRUSHED.1));
+    let unit = |highlight: usize| {
+        let unit = unit_of(highlight);
+        (unit.start, unit.start + 1)
+    };
+    let (slope, bias) = unit(NARROW);
+    // A highlight bends where the argument of its unit is 0.
+    let bend = -parameters.weights[bias] / parameters.weights[slope];
+    let widening = (width - bend).clamp(0.0, WIDENING);
+    for highlight in [NARROW, WIDE] {
+        let (slope, bias) = unit(highlight);
+        parameters.weights[bias] -= parameters.weights[slope] * widening;
+        // f is the square of the terms, and the area of a highlight the square of its width.
+        for colour in &mut parameters.colours[highlight] {
+            *colour += satin - widening / std::f64::consts::LN_2;
+        }
+    }
+}
+
+/// Draws a pattern for a material of a class.
+pub(super) fn pattern(parameters: &Parameters, class: Class, stream: &mut Stream) -> Pattern {
+    let style = Style::draw(class, stream);
+    let values = style.values(stream);
+    Pattern { values, contrast: contrast(parameters, (class, style), stream) }
+}
+
+/// Draws the second colours of a pattern, relative to the first.
+fn contrast(
+    parameters: &Parameters,
+    (class, style): (Class, Style),
+    stream: &mut Stream,
+) -> [[f64; 3]; TERMS] {
+    let own = match class {
+        Class::Metal => colour::draw(class, stream),
+        _ => parameters.body_albedo(),
+    };
+    let (factor, level) = style.change(own, stream);
+    let albedo = match factor {
+        Some(factor) => [0, 1, 2].map(|channel| own[channel] * factor[channel]),
+        None => colour::draw(class, stream),
+    };
+    let mut second = *parameters;
+    let albedo = albedo.map(|channel| channel.clamp(SECOND.0, SECOND.1));
+    if class == Class::Metal {
+        // Not the brightness but the level of the terms changes.
+        colour(&mut second, class, albedo);
+        for term in &mut second.colours {
+            *term = term.map(|colour| colour + METAL_LEVEL * level);
+        }
+    } else {
+        colour(&mut second, class, albedo);
+        for term in [NARROW, WIDE] {
+            second.colours[term] = second.colours[term].map(|colour| colour + level);
+        }
+    }
+    let apart = |term: usize, channel: usize| {
+        second.colours[term][channel] - parameters.colours[term][channel]
+    };
+    std::array::from_fn(|term| [0, 1, 2].map(|channel| apart(term, channel)))
 }
 
 /// Draws a class by share.
@@ -78,7 +202,12 @@ pub(super) fn difference(class: Class, stream: &mut Stream) -> [f64; VALUES] {
 /// Parameters of a shape in grey, before it is coloured.
 pub(super) fn grey(shape: &[f64; VALUES]) -> Parameters {
     let level = |term: usize| [shape[WEIGHTS + term]; 3];
-    Parameters { weights: std::array::from_fn(|at| shape[at]), colours: std::array::from_fn(level) }
+    Parameters {
+        weights: std::array::from_fn(|at| shape[at]),
+        colours: std::array::from_fn(level),
+        stretch: None,
+        pattern: None,
+    }
 }
 
 /// Parameters of a shape in a colour.

@@ -1,61 +1,51 @@
-//! Parameters of a believable program, and their places among the constants of its genome.
+//! Parameters of a believable program: the values of its genome by their roles.
 
 use std::sync::LazyLock;
 
+use super::pattern::Pattern;
+use super::program::{self, Layout, PATTERN, SCALE};
 use super::structure::{
-    self, BODY, NARROW, RIM, TERMS, WEIGHTS, WIDE, fall_off_of, inputs_of, is_highlight, unit_of,
+    BODY, NARROW, RIM, Structure, TERMS, WEIGHTS, WIDE, fall_off_of, inputs_of, is_highlight,
+    unit_of,
 };
-use crate::{CONSTANTS, Genome, Instruction, RANGE};
+use crate::{CONSTANTS, Genome, Instruction};
 
 /// Parameters of a believable program.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Parameters {
-    /// Weights in the order of [`structure::weights`].
+    /// Weights in the order of [`super::structure::weights`].
     pub(super) weights: [f64; WEIGHTS],
     /// log2 of the factor of each term in each channel.
     pub(super) colours: [[f64; 3]; TERMS],
+    /// ln of the ratio of the widths of highlights along v and u, if it is brushed.
+    pub(super) stretch: Option<f64>,
+    /// Pattern, if it has one.
+    pub(super) pattern: Option<Pattern>,
 }
-
-/// The instructions that all believable programs share, and the places of their parameters.
-struct Template {
-    instructions: Vec<Instruction>,
-    /// Constant register and component of each weight, then of each colour.
-    places: [(usize, usize); WEIGHTS + 3 * TERMS],
-}
-
-static TEMPLATE: LazyLock<Template> = LazyLock::new(|| {
-    // Different values, which are then found among the constants.
-    let weights = std::array::from_fn(|at| 1.0 + at as f64);
-    let colour = |at: usize| 100.0 + at as f64;
-    let colours = [0, 1, 2, 3].map(|term| [0, 1, 2].map(|c| libm::log2(colour(3 * term + c))));
-    let genome = Parameters { weights, colours }.genome();
-    let place = |at: usize| {
-        let value = if at < WEIGHTS { weights[at] } else { colour(at - WEIGHTS) };
-        let held = genome.constants().as_flattened();
-        let place = held.iter().position(|held| (f64::from(*held) - value).abs() < 0.1);
-        let place = place.expect("every parameter is a constant");
-        (place / 4, place % 4)
-    };
-    Template { instructions: genome.instructions().to_vec(), places: std::array::from_fn(place) }
-});
 
 impl Parameters {
+    /// Modules that the program has.
+    pub(super) fn structure(&self) -> Structure {
+        Structure { is_brushed: self.stretch.is_some(), is_patterned: self.pattern.is_some() }
+    }
+
     /// Program with these parameters, under the energy limit.
     pub(super) fn genome(&self) -> Genome {
-        let shape = structure::shape();
-        let mut parameters = vec![0.0; shape.len()];
-        for (weight, value) in structure::weights().iter().zip(self.weights) {
-            // Lowering skips weights of 0, which would change the instructions.
-            parameters[weight.index] = if value.abs() < 1e-6 { 1e-6 } else { value };
+        program::genome(self.structure(), &self.values())
+    }
+
+    /// Values in the order of [`Layout`].
+    fn values(&self) -> Vec<f64> {
+        let mut values = self.weights.to_vec();
+        values.extend(self.colours.as_flattened().iter().map(|colour| libm::exp2(*colour)));
+        let scale = f64::from(SCALE);
+        values.extend(self.stretch.iter().flat_map(|s| [libm::cosh(*s), scale * libm::sinh(*s)]));
+        if let Some(pattern) = &self.pattern {
+            values.extend(pattern.values);
+            let both = self.colours.as_flattened().iter().zip(pattern.contrast.as_flattened());
+            values.extend(both.map(|(colour, contrast)| libm::exp2(colour + contrast)));
         }
-        for (term, colours) in self.colours.iter().enumerate() {
-            for (channel, colour) in colours.iter().enumerate() {
-                parameters[shape.colour(term, channel)] = *colour;
-            }
-        }
-        let genome = shape.genome(&parameters).expect("the structure fits in a program");
-        let length = structure::dialect().length;
-        genome.padded(length).expect("the program is shorter than the dialect's length")
+        values
     }
 
     /// Parameters of a program; `None` if it is not believable, that is, if it has other
@@ -64,38 +54,43 @@ impl Parameters {
         instructions: &[Instruction],
         constants: &[[f32; 4]; CONSTANTS],
     ) -> Option<Self> {
-        let Template { instructions: own, places } = &*TEMPLATE;
-        if own != instructions {
-            return None;
-        }
-        let value = |at: usize| {
-            let (register, component) = places[at];
-            f64::from(constants[register][component])
+        let (structure, values) = program::read(instructions, constants)?;
+        let layout = Layout::of(structure);
+        let logs = |from: usize| -> [[f64; 3]; TERMS] {
+            let log = |at: usize| libm::log2(values[from + at].max(1e-12));
+            std::array::from_fn(|term| [0, 1, 2].map(|channel| log(3 * term + channel)))
         };
-        let colour = |at: usize| libm::log2(value(WEIGHTS + at).max(1e-12));
+        let colours = logs(layout.colours.start);
+        let pattern = structure.is_patterned.then(|| {
+            let second = logs(layout.second.start);
+            let contrast = |term: usize| [0, 1, 2].map(|c| second[term][c] - colours[term][c]);
+            let own: &[f64; PATTERN] = values[layout.pattern.clone()].try_into().expect("its size");
+            Pattern { values: *own, contrast: std::array::from_fn(contrast) }
+        });
         Some(Self {
-            weights: std::array::from_fn(value),
-            colours: [0, 1, 2, 3].map(|term| [0, 1, 2].map(|channel| colour(3 * term + channel))),
+            weights: std::array::from_fn(|at| values[at]),
+            colours,
+            stretch: structure
+                .is_brushed
+                .then(|| libm::asinh(values[layout.stretch.end - 1] / f64::from(SCALE))),
+            pattern,
         })
     }
 
-    /// Writes the parameters that differ from `old` into the constants.
-    #[expect(clippy::cast_possible_truncation, reason = "the machine is of f32")]
-    pub(super) fn write(&self, old: &Self, constants: &mut [[f32; 4]; CONSTANTS]) {
-        for (at, (register, component)) in TEMPLATE.places.into_iter().enumerate() {
-            let (new, old) = (self.at(at), old.at(at));
-            if new.to_bits() != old.to_bits() {
-                let value = if at < WEIGHTS { new } else { libm::exp2(new) };
-                constants[register][component] = (value as f32).clamp(-RANGE, RANGE);
-            }
-        }
-    }
-
-    /// Weight or colour by index.
-    fn at(&self, at: usize) -> f64 {
-        match at.checked_sub(WEIGHTS) {
-            Some(colour) => self.colours[colour / 3][colour % 3],
-            None => self.weights[at],
+    /// Writes the parameters that differ from `old` into the program, which has those of `old`. If
+    /// they have another structure, it replaces the program.
+    pub(super) fn write(
+        &self,
+        old: &Self,
+        (instructions, constants): (&mut Vec<Instruction>, &mut [[f32; 4]; CONSTANTS]),
+    ) {
+        let structure = self.structure();
+        if structure == old.structure() {
+            program::write(structure, (&self.values(), &old.values()), constants);
+        } else {
+            let genome = self.genome();
+            *instructions = genome.instructions().to_vec();
+            *constants = *genome.constants();
         }
     }
 

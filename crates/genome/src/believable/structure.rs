@@ -39,8 +39,6 @@ pub fn dialect() -> Dialect {
         opcodes: OpcodeSet::Extended,
         registers: REGISTERS,
         length: LENGTH,
-        isotropic: true,
-        homogeneous: true,
         ..Dialect::default()
     }
 }
@@ -114,4 +112,29 @@ pub(super) fn is_highlight(term: usize) -> bool {
 fn first_of(term: usize) -> usize {
     let highlights = (BODY..term).filter(|before| is_highlight(*before)).count();
     2 * UNITS + (INPUTS.len() - 1) * term + highlights
+}
+
+/// Modules of a believable program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Structure {
+    /// True if highlights are longer in one direction.
+    pub is_brushed: bool,
+    /// True if it changes over the surface.
+    pub is_patterned: bool,
+}
+
+impl Structure {
+    /// All structures, the plain one first.
+    pub const ALL: [Self; 4] = [
+        Self { is_brushed: false, is_patterned: false },
+        Self { is_brushed: true, is_patterned: false },
+        Self { is_brushed: false, is_patterned: true },
+        Self { is_brushed: true, is_patterned: true },
+    ];
+
+    /// Largest structure that a dialect can show.
+    #[must_use]
+    pub fn of(dialect: &Dialect) -> Self {
+        Self { is_brushed: !dialect.isotropic, is_patterned: !dialect.homogeneous }
+    }
 }

@@ -50,8 +50,31 @@ impl Shape {
             return Err(LobesError::TooLarge { units, terms });
         }
         let mut code = Code::new();
-        let inputs: Vec<Operand> =
-            self.inputs.iter().map(|input| holds(*input)).collect::<Result<_, _>>()?;
+        let inputs = self.operands()?;
+        let terms = self.write(&mut code, parameters, &inputs);
+        let colour =
+            |channel: usize, term: usize| libm::exp2(parameters[self.colour(term, channel)]);
+        code.combine(RESULT, 3, &terms, colour);
+        Ok(code.genome(dialect(0))?.with_limit(true))
+    }
+
+    /// Registers that hold the inputs before the first instruction.
+    ///
+    /// # Errors
+    /// Returns [`LobesError::Input`] if no register holds an input.
+    pub(crate) fn operands(&self) -> Result<Vec<Operand>, LobesError> {
+        self.inputs.iter().map(|input| holds(*input)).collect()
+    }
+
+    /// Writes the units and the terms of these parameters, which read `inputs`. Returns the
+    /// registers of the terms.
+    pub(crate) fn write(
+        &self,
+        code: &mut Code,
+        parameters: &[f64],
+        inputs: &[Operand],
+    ) -> Vec<Operand> {
+        let (units, terms) = (self.units, self.terms);
         // R9.w starts as 1 in the extended dialect; its weight is the bias.
         let one = operand(Register::Temporary(9), Some(3));
         let features: Vec<Operand> = inputs.iter().copied().chain([one]).collect();
@@ -65,7 +88,7 @@ impl Shape {
         let own = (0..units).map(|unit| {
             operand(Register::Temporary(UNITS + first_u8(unit)), Some(component(unit)))
         });
-        let features: Vec<Operand> = own.chain(inputs).collect();
+        let features: Vec<Operand> = own.chain(inputs.iter().copied()).collect();
         for first in (0..terms).step_by(4) {
             let register = TERMS + first_u8(first);
             let weight = |term: usize, feature: usize| parameters[self.term(term, feature)];
@@ -73,13 +96,8 @@ impl Shape {
             code.combine(register, count, &features, |k, feature| weight(first + k, feature));
             code.apply(Opcode::Ex2, register, count);
         }
-        let exponentials: Vec<Operand> = (0..terms)
-            .map(|term| operand(Register::Temporary(TERMS + first_u8(term)), Some(component(term))))
-            .collect();
-        let colour =
-            |channel: usize, term: usize| libm::exp2(parameters[self.colour(term, channel)]);
-        code.combine(RESULT, 3, &exponentials, colour);
-        Ok(code.genome()?.with_limit(true))
+        let register = |term| Register::Temporary(TERMS + first_u8(term));
+        (0..terms).map(|term| operand(register(term), Some(component(term)))).collect()
     }
 }
 
@@ -124,20 +142,20 @@ fn dialect(length: u16) -> Dialect {
 }
 
 /// Code under construction: instructions and constants.
-struct Code {
+pub(crate) struct Code {
     instructions: Vec<(Opcode, u8, WriteMask, Vec<Operand>)>,
     constants: Vec<[f32; 4]>,
 }
 
 impl Code {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { instructions: Vec::new(), constants: Vec::new() }
     }
 
     /// Sets components of a register to sums of operands times weights, in the order of the
     /// operands.
     #[expect(clippy::cast_possible_truncation, reason = "the machine is of f32")]
-    fn combine(
+    pub(crate) fn combine(
         &mut self,
         register: u8,
         count: usize,
@@ -156,9 +174,7 @@ impl Code {
             if constant == [0.0; 4] && !(is_first && is_last) {
                 continue;
             }
-            let index = u8::try_from(self.constants.len()).expect("there are few constants");
-            self.constants.push(constant);
-            let constant = operand(Register::Constant(index), None);
+            let constant = self.constant(constant);
             let (opcode, operands) = if is_first {
                 (Opcode::Mul, vec![*factor, constant])
             } else {
@@ -179,8 +195,23 @@ impl Code {
         }
     }
 
-    fn genome(self) -> Result<Genome, GenomeError> {
-        let dialect = dialect(u16::try_from(self.instructions.len()).unwrap_or(u16::MAX));
+    /// Adds an instruction.
+    pub(crate) fn push(&mut self, opcode: Opcode, (register, mask): (u8, u8), own: &[Operand]) {
+        let mask = WriteMask::new(mask).expect("the mask is not empty");
+        self.instructions.push((opcode, register, mask, own.to_vec()));
+    }
+
+    /// Adds a constant register.
+    pub(crate) fn constant(&mut self, values: [f32; 4]) -> Operand {
+        let index = u8::try_from(self.constants.len()).expect("there are few constants");
+        self.constants.push(values);
+        operand(Register::Constant(index), None)
+    }
+
+    /// Genome of the dialect with the length of the code.
+    pub(crate) fn genome(self, dialect: Dialect) -> Result<Genome, GenomeError> {
+        let length = u16::try_from(self.instructions.len()).unwrap_or(u16::MAX);
+        let dialect = Dialect { length, ..dialect };
         let instructions = self.instructions.iter().enumerate().map(|(index, parts)| {
             let (opcode, register, mask, operands) = parts;
             Instruction::new(*opcode, *register, *mask, operands, &dialect)

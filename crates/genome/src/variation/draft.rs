@@ -1,5 +1,6 @@
 //! Parts of a child while the operators change them.
 
+use crate::believable;
 use crate::{CONSTANTS, Dialect, Genome, Instruction, Model, Output};
 
 /// Parts of a child; becomes a [`Genome`] through the validating constructor.
@@ -23,5 +24,14 @@ impl Draft {
             limited: parent.is_limited(),
             layers: parent.layers().to_vec(),
         }
+    }
+
+    /// Opens the switches of the dialect that would hide a module of a believable program that its
+    /// first parent did not have.
+    pub(super) fn open_switches(&mut self, first: &Genome) {
+        let structure = |of: &[Instruction]| believable::structure_of(of).unwrap_or_default();
+        let (own, first) = (structure(&self.instructions), structure(first.instructions()));
+        self.dialect.isotropic &= !own.is_brushed || first.is_brushed;
+        self.dialect.homogeneous &= !own.is_patterned || first.is_patterned;
     }
 }

@@ -183,7 +183,7 @@ fn with_choices_of(model: Model, other: &Model) -> Model {
 }
 
 /// Returns a model of another kind with the values of the parameters that both kinds have.
-fn converted(model: &Model, kind: ModelKind) -> Model {
+pub(super) fn converted(model: &Model, kind: ModelKind) -> Model {
     model.parameters().fold(Model::new(kind), |made, (parameter, values)| {
         let Some(own) = kind.parameters().iter().find(|own| own.name == parameter.name) else {
             return made;
@@ -246,7 +246,8 @@ fn perturbed(parameter: &Parameter, value: f64, step: f64, stream: &mut Stream) 
     parameter.at_share(if folded > 1.0 { 2.0 - folded } else { folded })
 }
 
-fn with_values(model: &Model, values: &[f64]) -> Model {
+/// Model of the same kind with other values, in its ranges.
+pub(super) fn with_values(model: &Model, values: &[f64]) -> Model {
     Model::from_parameter_values(model.kind(), values).expect("operators keep to the ranges")
 }
 

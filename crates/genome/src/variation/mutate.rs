@@ -5,8 +5,8 @@
 
 use super::draft::Draft;
 use super::strength::{MutationScale, Part, Strength};
-use super::{layer, random};
-use crate::believable;
+use super::{layer, random, toward};
+use crate::believable::{self, Rules, Structure};
 use crate::liveness::{RESULT, walk_backwards};
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
@@ -83,41 +83,50 @@ pub(super) struct How {
     pub(super) scale: MutationScale,
     /// True if something must change at any amount above 0.
     pub(super) force: bool,
-    /// True in lineages that start with believable programs.
-    pub(super) is_believable: bool,
+    /// In lineages that start with believable programs: modules that children may have.
+    pub(super) believable: Option<Structure>,
+}
+
+impl How {
+    /// Rules for believable programs under locks, if the lineage has such a start.
+    pub(super) fn rules(self, locked: &ResolvedLocks) -> Option<Rules> {
+        // Locks name instructions and constants by their places.
+        let most = self.believable?;
+        let most = (!locked.locks_any()).then_some(most);
+        Some(Rules { channels: locked.channels(), steered: locked.kept(), most })
+    }
 }
 
 /// Mutates parts that are not locked. With `force`, at least one instruction, or one constant that
 /// live code reads, changes at any amount above 0 if the locks allow it. Without a program, one
 /// value of a layer does.
-pub(super) fn draft(
-    draft: &mut Draft,
-    key: BirthKey,
-    How { mutation, scale, force, is_believable }: How,
-    locked: &ResolvedLocks,
-) {
+pub(super) fn draft(draft: &mut Draft, key: BirthKey, how: How, locked: &ResolvedLocks) {
+    let How { mutation, scale, force, .. } = how;
     let strength = |part| Strength::new(mutation, part, scale);
-    let is_done = is_believable && parameters(draft, strength(Part::Believable), key, locked);
+    let is_done = parameters(draft, strength(Part::Believable), key, (how, locked));
     if !draft.instructions.is_empty() && !is_done {
         program(draft, strength(Part::Program), key, force, locked);
     }
     // A forced change has already happened in the program, if there is one.
     let force = force && draft.instructions.is_empty();
-    layer::mutate(&mut draft.layers, strength(Part::Layers), key, force, locked.layers());
+    let strength = strength(Part::Layers);
+    layer::mutate(&mut draft.layers, strength, key, force, locked.layers());
+    let toward = (locked.kept().toward, strength.amount);
+    toward::step(&mut draft.layers, toward, key, locked.layers());
 }
 
 /// Mutates the parameters of a believable program, except locked ones. Returns false if the program
-/// is not believable.
+/// is not believable, or the lineage has another start.
 fn parameters(
     draft: &mut Draft,
     strength: Strength,
     key: BirthKey,
-    locked: &ResolvedLocks,
+    (how, locked): (How, &ResolvedLocks),
 ) -> bool {
+    let Some(rules) = how.rules(locked) else { return false };
     let old = draft.constants.clone();
-    let kept = (locked.channels(), locked.kept());
-    let program = (&*draft.instructions, &mut *draft.constants);
-    let is_done = believable::mutate(program, strength.amount, kept, key);
+    let program = (&mut draft.instructions, &mut *draft.constants);
+    let is_done = believable::mutate(program, strength.amount, rules, key);
     locked.restore_named(&mut draft.constants, &old);
     is_done
 }

@@ -3,6 +3,7 @@
 
 use super::draft::Draft;
 use super::layer;
+use super::mutate::How;
 use crate::believable;
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
@@ -18,14 +19,12 @@ const SWITCH_RATE: f32 = 1.0 / 24.0;
 /// same share; if neither does, it stays the first's. The child's dialect, output stage and energy
 /// limit are the first's, as is everything locked. Layers are crossed separately.
 pub(super) fn draft(
-    first: &Genome,
-    second: &Genome,
-    (recombination, is_believable): (f32, bool),
+    (first, second): (&Genome, &Genome),
+    recombination: f32,
     key: BirthKey,
-    locked: &ResolvedLocks,
+    (how, locked): (How, &ResolvedLocks),
 ) -> Draft {
-    let believable =
-        if is_believable { parameters((first, second), recombination, key, locked) } else { None };
+    let believable = parameters((first, second), recombination, key, (how, locked));
     let program = || program((first, second), recombination, key, locked);
     let mut draft = believable.unwrap_or_else(program);
     let may_lose = !draft.instructions.is_empty();
@@ -35,21 +34,22 @@ pub(super) fn draft(
 }
 
 /// Crosses the parameters of two believable programs, except locked ones; `None` if one of
-/// them is not believable.
+/// them is not believable, or the lineage has another start.
 fn parameters(
     (first, second): (&Genome, &Genome),
     recombination: f32,
     key: BirthKey,
-    locked: &ResolvedLocks,
+    (how, locked): (How, &ResolvedLocks),
 ) -> Option<Draft> {
+    let rules = how.rules(locked)?;
     let mut draft = Draft::copy(first);
-    let own = (first.instructions(), &mut *draft.constants);
+    let own = (&mut draft.instructions, &mut *draft.constants);
     let other = (second.instructions(), second.constants());
-    let kept = (locked.channels(), locked.kept());
-    if !believable::recombine(own, other, (recombination, kept), key) {
+    if !believable::recombine(own, other, (recombination, rules), key) {
         return None;
     }
     locked.restore_named(&mut draft.constants, first.constants());
+    draft.open_switches(first);
     Some(draft)
 }
 
