@@ -11,11 +11,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use brood_bench::{logging, output};
-use brood_eval::{CanonicalEvaluator, Developed, Evaluator, SheetCell, express, sheet};
-use brood_inspect::{Shade, Shot};
-use brood_mesh::Mesh;
-use brood_program::Program;
-use brood_scene::{SampleSet, Sampling};
+use brood_eval::{Developed, SheetCell, express, sheet};
+use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_scene::Sampling;
+use brood_worker::Renderer;
 use clap::Args;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
@@ -40,17 +39,6 @@ pub struct GalleryArgs {
     output: PathBuf,
 }
 
-/// Program as a material that [`Shot`] renders.
-struct Surface(Program);
-
-impl Shade for Surface {
-    fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
-        CanonicalEvaluator::default()
-            .eval(&[&self.0], set, out)
-            .expect("the CPU runs every program");
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
     logging::start_offline();
@@ -58,9 +46,10 @@ pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
     let all: Vec<&Exhibit> = sections.iter().flat_map(|section| &section.exhibits).collect();
     output::make_dir(&args.output.join(FOLDER))?;
     let bar = output::bar(all.len() as u64, "pictures");
+    let renderer = Renderer::new(Backend::Cpu);
     let mut pictures = Vec::with_capacity(all.len());
     for exhibit in &all {
-        let picture = render(exhibit)?;
+        let picture = render(&renderer, exhibit)?;
         let file = args.output.join(FOLDER).join(exhibit.file());
         output::write_file(&file, &encode(picture.width, picture.height, &picture.rgba)?)?;
         pictures.push(picture);
@@ -86,15 +75,17 @@ pub fn run(args: &GalleryArgs, json: bool) -> Result<()> {
     output::print(&format!("{} pictures, {}\n", all.len(), page.display()))
 }
 
-fn render(exhibit: &Exhibit) -> Result<Developed> {
+fn render(renderer: &Renderer, exhibit: &Exhibit) -> Result<Developed> {
     let Some(name) = exhibit.scene.builtin() else {
         anyhow::bail!("{} must be shown on a built-in mesh", exhibit.name)
     };
-    let mesh = Mesh::builtin(name);
-    let (scene, assets) = (&exhibit.scene, &exhibit.assets);
-    let (size_px, sampling) = (SIZE_PX.into(), Sampling::default());
-    let shot = Shot { mesh: &mesh, scene, assets, size_px, sampling };
-    Ok(shot.take(&Surface(express(&exhibit.genome))).developed)
+    renderer.set_light_assets(exhibit.assets.clone());
+    let (mesh, how) = (renderer.builtin(name), (PictureFormat::Png, Backend::Cpu));
+    let sampling = Sampling::default();
+    let frame = Frame::new(&exhibit.scene, MeshSource::Builtin, SIZE_PX, sampling, how);
+    let program = express(&exhibit.genome);
+    let picture = renderer.develop(&frame, &mesh, &[&program])?.pop();
+    picture.context("one program has one picture")
 }
 
 /// Encodes a PNG at the best compression, because these files are stored in the repository.

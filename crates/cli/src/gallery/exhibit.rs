@@ -54,8 +54,8 @@ pub fn sections() -> Result<Vec<Section>> {
     Ok(vec![
         Section {
             title: "Models",
-            words: "Each with its default parameters except for the body colour; under a point light and a light from behind, which shows\n\
-                    the rim.",
+            words: "Each with its default parameters except for the body colour; on the ball in the built-in studio, under a\n\
+                    lamp.",
             exhibits: ModelKind::ALL.into_iter().map(model).collect::<Result<_>>()?,
         },
         Section {
@@ -91,15 +91,15 @@ pub fn sections() -> Result<Vec<Section>> {
     ])
 }
 
-/// Returns an exhibit on the default mesh under a point light and a light from behind.
+/// Returns an exhibit on the ball in the studio, under a lamp.
 fn exhibit(name: &str, about: String, source: &str, genome: Genome) -> Result<Exhibit> {
     let text = genome.to_string();
     let of_model = |line: &&str| line.starts_with(".model") || line.starts_with(char::is_lowercase);
     let lines = text.lines().skip(1).filter(of_model).map(str::to_owned).collect();
     let (name, source) = (name.to_owned(), source.to_owned());
-    let scene = serde_json::from_value(json!({ "lights": [
+    let scene = serde_json::from_value(json!({ "mesh": "ball", "lights": [
         { "kind": "point" },
-        { "kind": "directional", "direction": [0.8, -0.25, 0.8], "irradiance_w_m2": 2 },
+        { "kind": "environment", "image": "studio" },
     ] }))?;
     let assets = LightAssets::default();
     Ok(Exhibit { name, about, source, lines, genome, scene, assets })
