@@ -33,6 +33,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               recover known kinds of material from one picture, compared with Mitsuba with Adam and pycma
   bench live [--angle NAME,...] [--hardware] [--out DIR] [--release | --brood FILE] [--require]
                               measure the frame rate of the page and the bits of exports with each available graphics driver
+  bench look [--out DIR] [--release | --brood FILE]
+                              measure broods in environments, starts of lineages, mutation and steering
   bench far [--out DIR] [--release | --brood FILE]
                               measure the page over a slow network: time to pictures, requests, bytes
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
@@ -62,6 +64,7 @@ fn main() -> ExitCode {
         ["bench", "inverse", options @ ..] => bench::inverse(options),
         ["bench", "live", options @ ..] => bench::live(options),
         ["bench", "far", options @ ..] => bench::far(options),
+        ["bench", "look", options @ ..] => bench::look(options),
         ["mutants", options @ ..] => mutants::run(options),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
         ["tidy", prefixes @ ..] => tidy::run(prefixes),

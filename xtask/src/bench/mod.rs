@@ -1,7 +1,7 @@
 //! `cargo xtask bench`: other programs and brood on the same work: speed (`peers`), pictures
 //! (`pictures`), fits of measured materials (`fit`) and recovery of materials from pictures
-//! (`inverse`); and the page in a browser: its frame rate (`live`), and its times far from the
-//! server (`far`).
+//! (`inverse`); the page in a browser: its frame rate (`live`), and its times far from the server
+//! (`far`); and what a new user sees (`look`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is reported and
 //! skipped; with --require the run then fails. `environment` installs the peers, `compare` computes
@@ -13,6 +13,7 @@ mod far;
 mod fit;
 mod inverse;
 mod live;
+mod look;
 mod measure;
 mod metric;
 mod picture;
@@ -30,6 +31,7 @@ pub use far::run as far;
 pub use fit::run as fit;
 pub use inverse::run as inverse;
 pub use live::run as live;
+pub use look::run as look;
 pub use metric::run as metrics;
 pub use picture::{material, run as pictures};
 
@@ -48,6 +50,8 @@ enum Task {
     Live,
     /// Times of the page far from the server.
     Far,
+    /// Broods, starts, mutation and steering as a new user sees them.
+    Look,
 }
 
 impl Task {
@@ -60,6 +64,7 @@ impl Task {
             Self::Inverse => "inverse",
             Self::Live => "live",
             Self::Far => "far",
+            Self::Look => "look",
         }
     }
 }
