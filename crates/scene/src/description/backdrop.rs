@@ -13,7 +13,12 @@ const BLUR_DEG_MAX: f64 = 90.0;
 /// Backdrop behind the object; without one, pictures are transparent there. Linear pictures stay
 /// transparent: their radiance is that of the object.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(
+    tag = "kind",
+    rename_all = "kebab-case",
+    deny_unknown_fields,
+    expecting = "an object with the field `kind`"
+)]
 pub enum Backdrop {
     /// The environments of the scene, blurred, in the picture's exposure.
     Environment {
@@ -39,7 +44,7 @@ impl Backdrop {
             Self::Environment { blur_deg } => {
                 let in_range = (0.0..=BLUR_DEG_MAX).contains(&blur_deg);
                 require(in_range, "/backdrop/blur_deg", "must be between 0 and 90 degrees")?;
-                let reason = "kind \"environment\" needs a light of that kind";
+                let reason = "\"environment\" needs a light of the kind \"environment\"";
                 require(has_environment, "/backdrop/kind", reason)
             }
             Self::Color { color } => {

@@ -115,6 +115,7 @@ fn scene_is_rejected_with_a_readable_reason_when_json_is_wrong() {
         (r#"{"tangents": "face"}"#, "unknown variant `face`, expected `vertex` or `triangle`"),
         (r#"{"sphere_pole": "x"}"#, "unknown variant `x`, expected `y` or `z`"),
         (r#"{"backdrop": {"kind": "sky"}}"#, "unknown variant `sky`"),
+        (r#"{"backdrop": 3}"#, "expected an object with the field `kind`"),
         (r#"{"backdrop": {"blur_deg": 3}}"#, "missing field `kind`"),
         (r#"{"backdrop": {"kind": "color", "colour": [0, 0, 0]}}"#, "unknown field `colour`"),
     ];

@@ -1,6 +1,6 @@
 //! Environment light on a surface point as few samples of mean radiance, for materials that vary
-//! over the surface or with its tangents: they are evaluated at every point, so that they need
-//! fewer directions than the tables of [`super::LobeNodes`].
+//! over the surface or with its tangents. Such materials are evaluated at every point, so fewer
+//! directions are affordable than in the tables of [`super::LobeNodes`].
 
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::facing::Facing;
 use super::light::{EyeFrame, Place, add_light};
-use super::nodes::{NODES, Nodes, half_vector};
+use super::nodes::{NODES, Nodes, RingBelow, half_vector};
 
 /// Shape of the lobes of materials, which decides the number of directions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -37,7 +37,7 @@ const fn ring(chord: f64, border: f64, round: usize, any: usize) -> Ring {
 
 /// Rings of nodes. Chords grow by factors up to 0.25, and borders are where the areas of rings are
 /// those of the trapezoidal rule in the logarithm of the chord, which converges exponentially for
-/// lobes that are smooth in it. Few nodes of inner rings suffice: even light is constant there.
+/// smooth lobes. Inner rings need few nodes, because light hardly changes over them.
 const RINGS: [Ring; 17] = [
     ring(0.0, 0.0054, 1, 1),
     ring(0.008, 0.0109, 1, 2),
@@ -66,23 +66,9 @@ const CHORDS: [f32; RINGS.len()] = {
     }
     chords
 };
-/// Bins of chords per unit in [`RING_BELOW`].
-const BINS: f32 = 64.0;
-/// Last ring that is not beyond the start of each bin, and not the last of all.
-const RING_BELOW: [u8; 92] = {
-    let mut below = [0; 92];
-    let mut bin = 0;
-    while bin < below.len() {
-        let mut ring = 0;
-        while ring + 2 < RINGS.len() && CHORDS[ring + 1] <= bin as f32 / BINS {
-            ring += 1;
-        }
-        below[bin] = ring as u8;
-        bin += 1;
-    }
-    below
-};
-/// Spacing of means of radiance, divided by that of nodes: lobes blur the light again.
+const RING_BELOW: RingBelow = RingBelow::new(&CHORDS);
+/// Width of means of radiance, divided by the spacing of nodes. Lobes blur the light too, so wider
+/// means would blur it twice.
 const SPACING: f64 = 0.7;
 /// Number of tabulated angles to the eye, at equal distances of the cosine.
 const ROWS: usize = 33;
@@ -175,11 +161,7 @@ impl Nodes for DirectNodes {
 
     #[inline(always)]
     fn around(&self, chord: f32, turn: f32) -> ([usize; 4], [f32; 4]) {
-        let bin = (chord * BINS) as usize;
-        let mut ring = usize::from(RING_BELOW[bin.min(RING_BELOW.len() - 1)]);
-        while ring + 2 < RINGS.len() && chord >= CHORDS[ring + 1] {
-            ring += 1;
-        }
+        let ring = RING_BELOW.of(&CHORDS, chord);
         let (own, next) = (CHORDS[ring], CHORDS[ring + 1]);
         let outwards = ((chord - own) / (next - own)).clamp(0.0, 1.0);
         let ([a, b], inner) = self.along(ring, turn);

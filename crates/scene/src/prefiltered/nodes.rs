@@ -23,22 +23,7 @@ const RINGS_F32: [f32; RINGS.len()] = {
     }
     rings
 };
-/// Bins of chords per unit in [`RING_BELOW`].
-const BINS: f32 = 64.0;
-/// Last ring that is not beyond the start of each bin.
-const RING_BELOW: [u8; 92] = {
-    let mut below = [0; 92];
-    let mut bin = 0;
-    while bin < below.len() {
-        let mut ring = 0;
-        while ring + 2 < RINGS.len() && RINGS_F32[ring + 1] <= bin as f32 / BINS {
-            ring += 1;
-        }
-        below[bin] = ring as u8;
-        bin += 1;
-    }
-    below
-};
+const RING_BELOW: RingBelow = RingBelow::new(&RINGS_F32);
 /// Nodes of a ring, at equal angles around the normal.
 const SECTORS: usize = 16;
 /// Number of nodes, a multiple of [`NODES_TOGETHER`].
@@ -52,6 +37,40 @@ const ROWS: usize = 33;
 pub(super) const COS_MIN: f64 = 1e-4;
 /// Places of the two Gauss points of an interval of length 1.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// Rings below chords, looked up by bins of chords.
+pub(super) struct RingBelow([u8; 92]);
+
+/// Bins of chords per unit.
+const BINS: f32 = 64.0;
+
+impl RingBelow {
+    /// Tabulates rings of ascending chords.
+    pub(super) const fn new(chords: &[f32]) -> Self {
+        let mut below = [0; 92];
+        let mut bin = 0;
+        while bin < below.len() {
+            let mut ring = 0;
+            while ring + 2 < chords.len() && chords[ring + 1] <= bin as f32 / BINS {
+                ring += 1;
+            }
+            below[bin] = ring as u8;
+            bin += 1;
+        }
+        Self(below)
+    }
+
+    /// Returns the last ring that is not beyond a chord within [0, sqrt(2)], and not the last of
+    /// all.
+    #[inline(always)]
+    pub(super) fn of(&self, chords: &[f32], chord: f32) -> usize {
+        let mut ring = usize::from(self.0[((chord * BINS) as usize).min(self.0.len() - 1)]);
+        while ring + 2 < chords.len() && chord >= chords[ring + 1] {
+            ring += 1;
+        }
+        ring
+    }
+}
 
 /// Nodes of half vectors around the normal.
 pub(super) trait Nodes {
@@ -239,10 +258,7 @@ impl Nodes for LobeNodes {
     #[inline(always)]
     fn around(&self, chord: f32, turn: f32) -> ([usize; 4], [f32; 4]) {
         let chord = chord.clamp(0.0, RINGS_F32[RINGS.len() - 1]);
-        let mut ring = usize::from(RING_BELOW[(chord * BINS) as usize]);
-        while ring + 2 < RINGS.len() && chord >= RINGS_F32[ring + 1] {
-            ring += 1;
-        }
+        let ring = RING_BELOW.of(&RINGS_F32, chord);
         let outwards = (chord - RINGS_F32[ring]) / (RINGS_F32[ring + 1] - RINGS_F32[ring]);
         let at = turn * SECTORS as f32;
         let sector = at as usize;
