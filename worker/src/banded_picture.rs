@@ -50,8 +50,8 @@ fn bands(area: PixelArea, lobes: LobeShape) -> impl Iterator<Item = PixelArea> {
     })
 }
 
-/// Evaluates programs in bands of the picture, on environments too, and finishes the pictures in
-/// parallel. `f` is a buffer for reflectances.
+/// Evaluates programs under all lights, environments included, in bands of the picture, and
+/// finishes the pictures in parallel. `f` is a buffer for reflectances.
 pub(crate) fn banded_images<T: Send>(
     shot: &Shot<'_>,
     lobes: LobeShape,

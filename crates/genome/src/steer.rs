@@ -1,9 +1,9 @@
 //! Steering: properties of the first parent that the children of a brood keep, or the direction in
 //! which they change.
 //!
-//! Parts of a genome that are known to be its colour or its gloss are kept here, and draws are
-//! biased towards the directions. Everything else is a matter of choosing among draws, by their
-//! pictures (`steered_brood` of the eval crate).
+//! Keeps the parts of a genome that are known to be its colour or its gloss, and biases draws
+//! towards the directions. `steered_brood` of the eval crate then chooses among draws by their
+//! pictures.
 
 use brood_brdf::{Model, Parameter, ParameterKind};
 use serde::{Deserialize, Serialize};
@@ -215,15 +215,15 @@ impl Toward {
         }
     }
 
-    /// Size of a step in a direction at this amount of mutation, from half to one and a half of
-    /// it. Redraws take larger steps, because smaller ones were not enough.
+    /// Size of a step in a direction: half to one and a half of the amount of mutation. Redraws
+    /// take larger steps, because smaller ones were not enough.
     pub(crate) fn step(amount: f32, attempt: u32, stream: &mut Stream) -> f64 {
         let redraws = f64::from(attempt.min(MOST_REDRAWS));
         f64::from(amount) * (0.5 + f64::from(stream.unit())) * (1.0 + REDRAW_STEP * redraws)
     }
 }
 
-/// Growth of the steps in a direction from draw to draw, and the draw from which they stay.
+/// Growth of steps from draw to draw, and the draw from which they grow no more.
 const REDRAW_STEP: f64 = 0.15;
 const MOST_REDRAWS: u32 = 32;
 

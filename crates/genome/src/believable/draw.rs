@@ -90,8 +90,8 @@ pub(super) fn dress(
     }
 }
 
-/// Draws a stretch. Narrow highlights are widened, or the stretch would not show; those of cloth
-/// become satin, stronger ones.
+/// Draws a stretch. Widens narrow highlights, in which a stretch would not show, and strengthens
+/// those of cloth, which becomes satin.
 fn brush(parameters: &mut Parameters, class: Class, stream: &mut Stream) {
     let mut between = |low: f64, high: f64| low + (high - low) * f64::from(stream.unit());
     let along_v = between(0.0, 1.0) < 0.5;

@@ -20,7 +20,7 @@ const STEP: f64 = 0.7;
 const COLOUR_STEP: f64 = 1.5;
 /// Probability of a new pattern at amount 1.
 const REPATTERN: f32 = 1.0;
-/// Probability of a new structure at amount 1; its part that differs is added or removed.
+/// Probability of a new structure at amount 1. Modules that differ are added or removed.
 const RESTRUCTURE: f32 = 1.5;
 /// Change of the second colours of a pattern, as a share of that of the first.
 const SECOND: f64 = 0.7;
@@ -33,7 +33,7 @@ const STRETCH_MOST: f64 = 3.0;
 const GLOSS_STEP: f64 = 2.0;
 const WARM_STEP: [f64; 3] = [1.6, 0.3, -2.2];
 const CONTRAST_STEP: f64 = 2.5;
-/// Probability that less pattern is none, at amount 1.
+/// Probability at amount 1 that `less-pattern` removes the pattern.
 const REMOVE: f32 = 0.8;
 /// Channels of bodies stay between these albedos.
 const ALBEDOS: (f64, f64) = (0.03, 0.9);
@@ -220,7 +220,7 @@ fn take_modules(
     if stretch && may(own.is_brushed, other.is_brushed, most.is_brushed) {
         child.stretch = second.stretch;
     }
-    // Without its second colours, a material has another colour.
+    // The mean colour depends on the second colours.
     let keeps_pattern = rules.steered.colour && own.is_patterned && !other.is_patterned;
     let may_change = !keeps_pattern && may(own.is_patterned, other.is_patterned, most.is_patterned);
     if pattern && may_change && !rules.steered.all_but_gloss {

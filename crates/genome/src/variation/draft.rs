@@ -26,8 +26,8 @@ impl Draft {
         }
     }
 
-    /// Opens the switches of the dialect that would hide a module of a believable program that its
-    /// first parent did not have.
+    /// Clears the switches of the dialect that would hide a module of a believable program, if the
+    /// first parent lacks that module.
     pub(super) fn open_switches(&mut self, first: &Genome) {
         let structure = |of: &[Instruction]| believable::structure_of(of).unwrap_or_default();
         let (own, first) = (structure(&self.instructions), structure(first.instructions()));

@@ -100,8 +100,8 @@ fn sign(of: &[(&str, f64)], parameter: &Parameter) -> f64 {
     of.iter().find(|(name, _)| *name == parameter.name).map_or(0.0, |(_, sign)| *sign)
 }
 
-/// Multiplies the free channels by 2^`change`. If one would be above its range, all are multiplied
-/// by less, so that the hue is what it would be.
+/// Multiplies the free channels by 2^`change`, or by less if one would exceed its range, so that
+/// the hue changes as it should.
 fn multiply(new: &mut [f64], change: [f64; 3], (low, high): (f64, f64), free: &[bool]) {
     if change == [0.0; 3] {
         return;

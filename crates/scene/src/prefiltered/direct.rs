@@ -113,7 +113,7 @@ impl DirectNodes {
         let mut inner = 0.0;
         for (ring, of_ring) in RINGS.iter().zip(&mut nodes.rings) {
             let count = ring.counts[shape as usize];
-            // Few nodes lie off the plane of the eye, to both sides of it.
+            // Few nodes are placed symmetrically beside the plane of the eye.
             let turn = match count {
                 1 | 2 => 0.25,
                 4 => 0.125,

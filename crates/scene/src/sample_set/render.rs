@@ -93,8 +93,8 @@ impl SampleSet {
         Self::render_with(&sampler, raster).0
     }
 
-    /// Samples a scene with few samples of the mean radiance of environments in place of those that
-    /// the scene says: at most [`LobeShape::samples`] per surface point. They have no noise.
+    /// Samples a scene, but replaces the samples of environments by at most [`LobeShape::samples`]
+    /// directions of mean radiance per surface point, which have no noise.
     ///
     /// # Domain
     /// Scenes with [`Scene::is_prefilterable`]; materials whose lobes have the shape.
