@@ -96,6 +96,12 @@ export async function hurried(app, step, base) {
         names.push(node.type.name);
         before?.(node);
       };
+      // The answer to the saved note and its event draw components of their own.
+      const pause = () => new Promise((done) => setTimeout(done, 500));
+      do {
+        names.length = 0;
+        await pause();
+      } while (names.length > 0);
       pageStore.announcement.value += ".";
       await new Promise(requestAnimationFrame);
       options.__r = before;
