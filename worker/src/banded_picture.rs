@@ -4,40 +4,47 @@
 use std::time::Instant;
 
 use brood_eval::{
-    Developed, Gain, RadianceImage, Refinement, RoughTile, develop_exposed, refine_lone_rays,
-    rough_pixels, shade, shade_each,
+    Developed, FineSamples, Gain, RadianceImage, Refinement, RoughTile, develop_exposed,
+    refine_lone_rays, rough_pixels, shade,
 };
 use brood_program::Program;
-use brood_protocol::RenderStats;
+use brood_protocol::{Backend, PictureFormat, RenderStats};
 use brood_scene::{Exposure, LobeShape, PixelArea, Raster, Sampling};
 use rayon::prelude::*;
 
 use crate::cache::Caches;
 use crate::error::RenderError;
-use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Refiner};
+use crate::evaluated_picture::{EvaluatedPicture, fine_backend};
 use crate::evaluator::Evaluators;
 use crate::render_counters::micros;
 use crate::shot::{BATCH_FLOATS, Shot};
 
 /// Largest number of samples of a band, of which one takes about 100 bytes.
 const BAND_SAMPLES: usize = if cfg!(test) { 1 << 14 } else { 1 << 19 };
-/// Number of rough pixels that are evaluated together.
-const PIXELS_TOGETHER: usize = 256;
+
+/// Batch of pictures.
+struct Batch<'a> {
+    shot: &'a Shot<'a>,
+    lobes: LobeShape,
+    caches: &'a Caches,
+    evaluators: &'a Evaluators,
+    /// Evaluated part, in pixels of the whole picture.
+    lit: PixelArea,
+    /// True for each pixel of `lit` that has one ray.
+    lone: Vec<bool>,
+    /// Number of samples of each picture.
+    samples: u64,
+}
 
 /// Evaluated picture of one program.
 struct BandedPicture<'a> {
-    /// Radiance of `lit`.
+    batch: &'a Batch<'a>,
+    program: &'a Program,
+    /// Radiance of the evaluated part.
     image: &'a RadianceImage,
-    /// True for each pixel of `lit` that has one ray.
-    lone: &'a [bool],
     gain: Gain,
-    /// Evaluated part, in pixels of the whole picture.
-    lit: PixelArea,
-    /// Requested part, within `lit`.
-    area: PixelArea,
-    refiner: Refiner<'a>,
-    lobes: LobeShape,
-    samples: u64,
+    /// Developed image, if the frame asks for one.
+    developed: Option<Developed>,
 }
 
 /// Returns the bands of an area, from the top.
@@ -60,7 +67,7 @@ pub(crate) fn banded_images<T: Send>(
     f: &mut Vec<f32>,
     finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
 ) -> Result<Vec<T>, RenderError> {
-    let Shot { view, frame, film, area } = shot;
+    let Shot { view, frame, film, .. } = shot;
     let size_px = frame.size_px;
     let lit = shot.lit_area();
     let mut parts: Vec<Vec<RadianceImage>> = programs.iter().map(|_| Vec::new()).collect();
@@ -85,22 +92,22 @@ pub(crate) fn banded_images<T: Send>(
             });
         }
     }
+    let batch = Batch { shot, lobes, caches, evaluators, lit, lone, samples };
     let started = Instant::now();
-    let tiles = FineTiles::new(size_px);
-    let pictures = programs.par_iter().zip(&parts).map(|(program, parts)| {
-        let image = &RadianceImage::of_bands(parts);
-        let picture = BandedPicture {
-            image,
-            lone: &lone,
-            gain: Gain::of_image(*film, image),
-            lit,
-            area: *area,
-            refiner: Refiner { caches, evaluators, view, frame, program, tiles: &tiles },
-            lobes,
-            samples,
-        };
-        finish(program, &picture)
-    });
+    let images: Vec<RadianceImage> =
+        parts.iter().map(|parts| RadianceImage::of_bands(parts)).collect();
+    let exposed: Vec<(&RadianceImage, Gain)> =
+        images.par_iter().map(|image| (image, Gain::of_image(*film, image))).collect();
+    let mut developed: Vec<Option<Developed>> = match frame.format {
+        PictureFormat::Png => batch.develop(programs, &exposed)?.into_iter().map(Some).collect(),
+        PictureFormat::Exr | PictureFormat::Spheres => programs.iter().map(|_| None).collect(),
+    };
+    let pictures = (programs, &exposed, &mut developed).into_par_iter().map(
+        |(program, &(image, gain), developed)| {
+            let developed = developed.take();
+            finish(program, &BandedPicture { batch: &batch, program, image, gain, developed })
+        },
+    );
     let pictures: Result<Vec<T>, RenderError> = pictures.collect();
     caches
         .counters
@@ -108,63 +115,56 @@ pub(crate) fn banded_images<T: Send>(
     pictures
 }
 
-impl EvaluatedPicture for BandedPicture<'_> {
-    fn develop(&self) -> Result<Developed, RenderError> {
-        let mut developed = develop_exposed(self.image, self.gain);
+impl Batch<'_> {
+    /// Develops images of programs. Samples of rough pixels are made once for all programs that
+    /// need them.
+    fn develop(
+        &self,
+        programs: &[&Program],
+        exposed: &[(&RadianceImage, Gain)],
+    ) -> Result<Vec<Developed>, RenderError> {
         let Sampling::Fixed(rays) = RoughTile::SAMPLING else {
             unreachable!("rough pixels have a fixed number of rays")
         };
-        let rough = rough_pixels(&developed, self.lone);
-        let mut f = Vec::new();
-        for pixels in rough.chunks(PIXELS_TOGETHER) {
-            let places: Vec<(u32, u32)> = pixels.iter().map(|pixel| self.place(*pixel)).collect();
-            let Refiner { evaluators, view, frame, program, .. } = &self.refiner;
-            let lobes = Some(self.lobes);
-            let fine = view.render_pixels((frame.size_px, rays), &places, lobes);
-            evaluators.eval(self.refiner.fine_backend(), &[*program], &fine, &mut f)?;
-            let coverage = &fine.image().expect("pixels were traced").coverage;
-            let mut found = vec![[0.0; 3]; pixels.len()];
-            shade_each(&fine, &f, |k, radiance| found[k] = radiance);
-            for ((pixel, radiance), coverage) in pixels.iter().zip(found).zip(coverage.iter()) {
-                // The centre of the pixel was hit, so coverage is 0 only in the finest of slits.
-                if *coverage > 0.0 {
-                    let radiance = radiance.map(|channel| channel / coverage);
-                    developed.put(*pixel as usize, radiance, self.gain);
-                }
-            }
-            self.count(pixels.len() as u64, fine.len() as u64);
+        let develop = |&(image, gain): &(&RadianceImage, Gain)| {
+            let developed = develop_exposed(image, gain);
+            let rough = rough_pixels(&developed, &self.lone);
+            (developed, rough)
+        };
+        let mut pictures: Vec<(Developed, Vec<u32>)> = exposed.par_iter().map(develop).collect();
+        let mut is_rough = vec![false; self.lone.len()];
+        for pixel in pictures.iter().flat_map(|(_, rough)| rough) {
+            is_rough[*pixel as usize] = true;
         }
-        Ok(match self.own_area() {
-            Some(own) => developed.crop(own),
-            None => developed,
-        })
+        let all = (0..).zip(is_rough).filter_map(|(pixel, is_rough)| is_rough.then_some(pixel));
+        let all: Vec<u32> = all.collect();
+        let Shot { view, frame, .. } = self.shot;
+        let together = (BAND_SAMPLES / (usize::from(rays) * self.lobes.samples())).max(1);
+        for pixels in all.chunks(together) {
+            let places: Vec<(u32, u32)> = pixels.iter().map(|pixel| self.place(*pixel)).collect();
+            let fine = view.render_pixels((frame.size_px, rays), &places, Some(self.lobes));
+            let batch = (programs, exposed, &mut pictures).into_par_iter();
+            batch.try_for_each_init(Vec::new, |f, (program, (_, gain), (developed, rough))| {
+                let within = |end: u32| rough.partition_point(|pixel| *pixel < end);
+                let (first, last) = (pixels[0], pixels[pixels.len() - 1]);
+                let own = &rough[within(first)..within(last + 1)];
+                if own.is_empty() {
+                    return Ok(());
+                }
+                let samples = FineSamples::of_pixels((&fine, pixels), own, program);
+                self.evaluators.eval(self.fine_backend(), &[*program], &samples.set, f)?;
+                samples.radiance(f, |pixel, radiance| developed.put(pixel, radiance, *gain));
+                self.count(samples.pixels(), samples.set.len() as u64);
+                Ok::<(), RenderError>(())
+            })?;
+        }
+        Ok(pictures.into_iter().map(|(developed, _)| developed).collect())
     }
 
-    fn radiance(&self) -> Result<RadianceImage, RenderError> {
-        let mut image = self.image.clone();
-        let Refiner { evaluators, view, frame, program, .. } = &self.refiner;
-        let backend = self.refiner.fine_backend();
-        let Refinement { pixels, samples } = refine_lone_rays(
-            &mut image,
-            (self.lit, self.lone),
-            // Linear radiance does not depend on the film.
-            Gain::of_image(Exposure::Auto, self.image),
-            |rays, pixels| view.render_pixels((frame.size_px, rays), pixels, Some(self.lobes)),
-            |set, f| evaluators.eval(backend, &[*program], set, f),
-        )?;
-        self.count(pixels, samples);
-        Ok(match self.own_area() {
-            Some(own) => image.crop(own),
-            None => image,
-        })
+    fn fine_backend(&self) -> Backend {
+        fine_backend(self.shot.frame)
     }
 
-    fn samples(&self) -> u64 {
-        self.samples
-    }
-}
-
-impl BandedPicture<'_> {
     /// Returns column and row of a pixel in the whole picture.
     fn place(&self, pixel: u32) -> (u32, u32) {
         (self.lit.x + pixel % self.lit.width, self.lit.y + pixel / self.lit.width)
@@ -172,13 +172,49 @@ impl BandedPicture<'_> {
 
     fn count(&self, rough_pixels: u64, rough_samples: u64) {
         let stats = RenderStats { rough_pixels, rough_samples, ..RenderStats::default() };
-        self.refiner.caches.counters.add(stats);
+        self.caches.counters.add(stats);
     }
 
     /// Returns the requested part in pixels of the evaluated one, or `None` if it is all of it.
     fn own_area(&self) -> Option<PixelArea> {
-        let own =
-            PixelArea { x: self.area.x - self.lit.x, y: self.area.y - self.lit.y, ..self.area };
-        (self.lit != self.area).then_some(own)
+        let (area, lit) = (self.shot.area, self.lit);
+        let own = PixelArea { x: area.x - lit.x, y: area.y - lit.y, ..area };
+        (lit != area).then_some(own)
+    }
+}
+
+impl EvaluatedPicture for BandedPicture<'_> {
+    fn develop(&self) -> Result<Developed, RenderError> {
+        let developed = match &self.developed {
+            Some(developed) => developed.clone(),
+            None => self.batch.develop(&[self.program], &[(self.image, self.gain)])?.swap_remove(0),
+        };
+        Ok(match self.batch.own_area() {
+            Some(own) => developed.crop(own),
+            None => developed,
+        })
+    }
+
+    fn radiance(&self) -> Result<RadianceImage, RenderError> {
+        let mut image = self.image.clone();
+        let Batch { shot: Shot { view, frame, .. }, evaluators, lit, lone, lobes, .. } = self.batch;
+        let backend = self.batch.fine_backend();
+        let Refinement { pixels, samples } = refine_lone_rays(
+            &mut image,
+            (*lit, lone),
+            // Linear radiance does not depend on the film.
+            Gain::of_image(Exposure::Auto, self.image),
+            |rays, pixels| view.render_pixels((frame.size_px, rays), pixels, Some(*lobes)),
+            |set, f| evaluators.eval(backend, &[self.program], set, f),
+        )?;
+        self.batch.count(pixels, samples);
+        Ok(match self.batch.own_area() {
+            Some(own) => image.crop(own),
+            None => image,
+        })
+    }
+
+    fn samples(&self) -> u64 {
+        self.batch.samples
     }
 }

@@ -68,14 +68,12 @@ pub(crate) struct Refiner<'a> {
     pub(crate) tiles: &'a FineTiles,
 }
 
-impl Refiner<'_> {
-    /// Returns the evaluator of supersampled pixels. They have too few samples for a GPU; the exact
-    /// evaluators compute the same bits.
-    pub(crate) fn fine_backend(&self) -> Backend {
-        match self.frame.backend {
-            Backend::Reference => Backend::Reference,
-            Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
-        }
+/// Returns the evaluator of supersampled pixels of a frame. They have too few samples for a GPU; the
+/// exact evaluators compute the same bits.
+pub(crate) fn fine_backend(frame: &Frame) -> Backend {
+    match frame.backend {
+        Backend::Reference => Backend::Reference,
+        Backend::Auto | Backend::Cpu | Backend::Gpu => Backend::Cpu,
     }
 }
 
@@ -130,7 +128,7 @@ impl EvaluatedPicture for SampledPicture<'_> {
     fn radiance(&self) -> Result<RadianceImage, RenderError> {
         let mut image = shade(self.set, self.f);
         let Refiner { caches, evaluators, view, frame, program, .. } = &self.refiner;
-        let backend = self.refiner.fine_backend();
+        let backend = fine_backend(self.refiner.frame);
         let Refinement { pixels, samples } = refine_radiance(
             &mut image,
             (self.set, self.f),
@@ -168,7 +166,7 @@ impl SampledPicture<'_> {
             return Ok(());
         }
         let Refiner { caches, evaluators, view, program, tiles, .. } = &self.refiner;
-        let backend = self.refiner.fine_backend();
+        let backend = fine_backend(self.refiner.frame);
         let with_set = |rough| (rough, tiles.set(caches, view, rough));
         let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
         let mut f = Vec::new();
@@ -199,7 +197,7 @@ impl SampledPicture<'_> {
         let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
         let set = caches.sample_set_nonblocking(view, raster);
         let mut f = Vec::new();
-        evaluators.eval(self.refiner.fine_backend(), &[*program], &set, &mut f)?;
+        evaluators.eval(fine_backend(frame), &[*program], &set, &mut f)?;
         Ok(Gain::new(Exposure::Auto, &set, &f))
     }
 

@@ -5,6 +5,7 @@
 //! - [`Model`] is one of the classical and physical models ([`ModelKind`]) with values for its
 //!   parameters; [`PreparedModel`] is the form that is evaluated, pair by pair through [`Brdf`] or
 //!   in [`Block`]s of SIMD lanes.
+//! - [`Level`] runs a [`SimdKernel`] with the widest SIMD instructions of the machine.
 //! - [`Merl`], [`Rgl`], [`Neural`], [`ImageSlice`] and [`Scattered`] are measured materials, read
 //!   from bytes or from samples.
 //!
@@ -26,6 +27,7 @@ mod brdf;
 mod direction;
 mod elementary;
 mod input;
+mod level;
 mod measured;
 mod model;
 mod named_enum;
@@ -37,6 +39,7 @@ pub use brdf::{Brdf, Claims};
 pub use direction::{DirectionError, DirectionPair};
 pub use elementary::{Branchless, Elementary, Libm};
 pub use input::{Input, InputMask, Parametrisation};
+pub use level::{Level, LevelKind, SimdKernel};
 pub use measured::{
     CsvError, GoniometerError, ImageSlice, ImageSliceError, MeasuredSamples, Merl, MerlError,
     Neural, NeuralError, Rgl, RglError, SampleError, Scattered, TensorError, pairs_from_csv,

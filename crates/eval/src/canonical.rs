@@ -23,7 +23,7 @@ pub(crate) use code::Code;
 use crate::evaluator::{EvalResult, Evaluator};
 use crate::lanes::{BLOCK, LANES, Quarter};
 use crate::layer;
-use crate::level::{Level, SimdKernel};
+use brood_brdf::{Level, SimdKernel};
 
 /// Number of samples per rayon task.
 const TASK: usize = 16 * BLOCK;

@@ -15,7 +15,7 @@ use brood_program::Program;
 use rayon::prelude::*;
 
 use crate::fitness::FitnessTarget;
-use crate::level::Level;
+use brood_brdf::Level;
 pub use equations::NormalEquations;
 use plan::Plan;
 use sweep::{Sweep, SweepWorkspace, Walks};

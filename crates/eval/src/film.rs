@@ -19,8 +19,8 @@ pub use rough::{FineSamples, RoughTile, rough_pixels, rough_tile_count, rough_ti
 pub use srgb::{decode_srgb, encode_srgb};
 
 use self::tone::{Curve, WithCurve, with_curve};
-use crate::level::{Level, SimdKernel};
 use crate::radiance::{RadianceImage, ReflectedLight};
+use brood_brdf::{Level, SimdKernel};
 
 /// Develops a radiance image.
 ///

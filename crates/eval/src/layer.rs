@@ -20,8 +20,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::lanes::{LANES, pairwise_sum};
-use crate::level::Level;
 use crate::rounding::round_to_f32;
+use brood_brdf::Level;
 
 pub(crate) use shared::SharedBlocks;
 

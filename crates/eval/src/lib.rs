@@ -30,7 +30,6 @@ mod film;
 mod fitness;
 mod lanes;
 mod layer;
-mod level;
 mod lit_spheres;
 mod model;
 mod picture;
@@ -41,6 +40,7 @@ mod reference;
 mod rounding;
 mod steering;
 
+pub use brood_brdf::{Level, SimdKernel};
 pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
@@ -58,7 +58,6 @@ pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,
     Screening, Selected, TargetError, select_best,
 };
-pub use level::{Level, SimdKernel};
 pub use lit_spheres::{BACKDROP_TEXELS, LitSpheres};
 pub use model::{model_error, model_reflectance};
 pub use picture::{

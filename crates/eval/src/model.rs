@@ -6,8 +6,8 @@ use brood_scene::SampleSet;
 use rayon::prelude::*;
 
 use crate::lanes::LANES;
-use crate::level::Level;
 use crate::rounding::round_to_f32;
+use brood_brdf::Level;
 
 /// Number of samples per task.
 const TASK_SAMPLES: usize = 1024;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::energy::is_anisotropic;
 use crate::lanes::pairwise_sum;
-use crate::level::{Level, SimdKernel};
+use brood_brdf::{Level, SimdKernel};
 
 /// Points of which the light is gathered at once.
 const POINTS_TOGETHER: usize = 256;

@@ -14,7 +14,7 @@ use brood_scene::SampleSet;
 
 use super::kernel::{Clamping, Kernel, Pass, Second};
 use crate::layer::Layers;
-use crate::level::Level;
+use brood_brdf::Level;
 
 /// First slot of inputs and constants during a translation, when the number of registers is not
 /// known yet.

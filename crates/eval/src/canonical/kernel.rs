@@ -14,7 +14,7 @@ use brood_genome::{Arithmetic, Functions};
 use brood_program::Operation;
 
 use crate::lanes::{LANES, Quarter};
-use crate::level::{Kind, Level};
+use brood_brdf::{Level, LevelKind};
 
 /// Pointer to the row of an operand in a block.
 #[derive(Debug, Clone, Copy)]
@@ -137,11 +137,11 @@ impl Kernel {
     /// Returns the loop for an instruction set.
     pub(super) fn pass(self, level: Level) -> Pass {
         let passes = match level.kind() {
-            Kind::Baseline => &BASELINE,
+            LevelKind::Baseline => &BASELINE,
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => &AVX2,
+            LevelKind::Avx2 => &AVX2,
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => &AVX512,
+            LevelKind::Avx512 => &AVX512,
         };
         passes[usize::from(self.0)]
     }

@@ -6,7 +6,7 @@ use brood_program::{Operand, Operation, Program};
 use brood_scene::SampleSet;
 
 use crate::layer::{LayerValues, Layers};
-use crate::level::Level;
+use brood_brdf::Level;
 
 /// A program prepared for sweeps. Every value has a row: constants first, then the inputs that are
 /// read, then steps.

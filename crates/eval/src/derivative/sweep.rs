@@ -11,7 +11,7 @@ use super::plan::{Adjoint, AdjointStep, Plan, PlannedStep, Tangent, TangentStep}
 use crate::canonical::reflectance;
 use crate::fitness::{FitnessTarget, Loss};
 use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter, pairwise_sum};
-use crate::level::SimdKernel;
+use brood_brdf::SimdKernel;
 
 const ZERO: Quarter = Quarter([0.0; LANES]);
 const ONE: Quarter = Quarter([1.0; LANES]);

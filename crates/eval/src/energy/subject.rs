@@ -16,8 +16,8 @@ use super::lobe::LobeRule;
 use super::slope::{Nodes, SlopeRule, highlight_width};
 use crate::lanes::pairwise_sum;
 use crate::layer::Layers;
-use crate::level::Level;
 use crate::{CanonicalEvaluator, Evaluator};
+use brood_brdf::Level;
 
 /// Number of samples evaluated at once: small enough that their memory is reused from call to call.
 const BATCH_SAMPLES: usize = 4096;

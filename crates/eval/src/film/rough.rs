@@ -11,8 +11,8 @@ use brood_program::Program;
 use brood_scene::{PictureSize, PixelArea, SampleSet, Sampling};
 
 use super::developed::Developed;
-use crate::level::{Level, SimdKernel};
 use crate::radiance::shade_each;
+use brood_brdf::{Level, SimdKernel};
 
 /// Largest difference in codes of a pixel from the mean of two opposite neighbours, in any channel,
 /// that is not rough.
@@ -77,6 +77,26 @@ impl FineSamples {
             pixels < BATCH_PIXELS
         });
         together.map(move |rough| Self::pick(rough, inputs, directions))
+    }
+
+    /// Picks the samples of some pixels of a picture, with the inputs that the program reads.
+    /// `all`: samples of a row of pixels of the picture, and these pixels.
+    ///
+    /// # Domain
+    /// Both lists of pixels ascend.
+    ///
+    /// # Panics
+    /// If a pixel is not among all.
+    #[must_use]
+    pub fn of_pixels(all: (&SampleSet, &[u32]), pixels: &[u32], program: &Program) -> Self {
+        let place = |pixel: &u32| {
+            let place = all.1.binary_search(pixel).expect("the pixel is among all");
+            u32::try_from(place).expect("fewer than 2^32 pixels")
+        };
+        let places: Vec<u32> = pixels.iter().map(place).collect();
+        let (inputs, directions) = (program.inputs(), !program.layers().is_empty());
+        let set = SampleSet::pick(&[(all.0, &places)], inputs, directions);
+        Self { set, pixels: pixels.to_vec() }
     }
 
     /// Picks the samples of the rough pixels of some tiles; `directions` is true if the program has

@@ -15,7 +15,7 @@ use crate::canonical::{
 use crate::evaluator::EvalResult;
 use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter, pairwise_sum};
 use crate::layer::SharedBlocks;
-use crate::level::{Level, SimdKernel};
+use brood_brdf::{Level, SimdKernel};
 
 /// Number of partial sums of a block, which take its errors in turn.
 const PARTIAL_SUMS: usize = 16;

@@ -7,7 +7,7 @@ use brood_brdf::Block;
 use brood_scene::SampleSet;
 
 use crate::lanes::LANES;
-use crate::level::Level;
+use brood_brdf::Level;
 
 /// The quarters of a set, 88 bytes per sample of a computed quarter.
 #[derive(Debug)]

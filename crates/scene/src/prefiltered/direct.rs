@@ -5,6 +5,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
+use brood_brdf::{Level, SimdKernel};
 use brood_light::PrefilteredEnvironment;
 use glam::DVec3;
 
@@ -178,6 +179,7 @@ impl Nodes for DirectNodes {
 
 /// Environments of a scene, as samples of mean radiance.
 pub(crate) struct DirectLight {
+    level: Level,
     nodes: &'static DirectNodes,
     environments: Vec<Environment>,
 }
@@ -203,12 +205,29 @@ impl DirectLight {
             (0..ROWS).map(row).collect()
         };
         let environment = |light| Environment { levels: levels(&light), light };
-        Self { nodes, environments: environments.into_iter().map(environment).collect() }
+        let environments = environments.into_iter().map(environment).collect();
+        Self { level: Level::best(), nodes, environments }
     }
 
     /// Returns the samples at a surface point.
     pub(crate) fn at(&self, facing: &Facing) -> DirectSamples {
-        let nodes = self.nodes;
+        self.level.run(At { light: self, facing })
+    }
+}
+
+/// Kernel that samples the light at a surface point.
+struct At<'a> {
+    light: &'a DirectLight,
+    facing: &'a Facing,
+}
+
+impl SimdKernel for At<'_> {
+    type Output = DirectSamples;
+
+    #[inline(always)]
+    fn run(self) -> DirectSamples {
+        let Self { light: DirectLight { nodes, environments, .. }, facing } = self;
+        let nodes: &DirectNodes = nodes;
         let count = nodes.areas.len();
         let frame = EyeFrame::new(facing.frame.n(), facing.eye);
         let [sin, cos] = frame.eye;
@@ -221,7 +240,7 @@ impl DirectLight {
         let mut means = [[0.0; NODES]; 3];
         let row = (cos * (ROWS - 1) as f32 + 0.5) as usize;
         let at = Place { frame, weights: &weights[..count], spread: 0.0 };
-        for Environment { light, levels } in &self.environments {
+        for Environment { light, levels } in environments {
             add_light(nodes, (light, &levels[row]), &at, &mut means);
         }
         let EyeFrame { x, y, n, .. } = at.frame;

@@ -208,23 +208,28 @@ pub(super) fn add_light(
         means[2][node] = mean[2];
     });
     let mut of_spots = [[0.0; NODES]; 3];
-    for_each_spot(
-        nodes,
-        light,
-        (axes, at.frame.eye),
-        |class, cos, irradiance, (around, shares)| {
-            for corner in 0..4 {
-                let node = around[corner];
-                let weight = at.weights.get(node).copied().unwrap_or(0.0);
-                if weight > LEAST_WEIGHT && PrefilteredEnvironment::class(levels[node]) >= class {
-                    let factor = cos * shares[corner] / weight;
-                    of_spots[0][node] += irradiance[0] * factor;
-                    of_spots[1][node] += irradiance[1] * factor;
-                    of_spots[2][node] += irradiance[2] * factor;
-                }
+    let spots = light.spots();
+    let places = SpotPlaces::new(&spots.towards, (axes, at.frame.eye));
+    let scale = light.scale();
+    for k in 0..spots.classes.len().min(SPOTS_MAX) {
+        let cos = places.cosines[k];
+        if cos <= 0.0 {
+            continue;
+        }
+        let irradiance = [0, 1, 2].map(|c| spots.irradiance[c][k] * scale[c]);
+        let (around, shares) = nodes.around(places.chords[k], places.turns[k]);
+        for corner in 0..4 {
+            let node = around[corner];
+            let weight = at.weights.get(node).copied().unwrap_or(0.0);
+            let is_wide = || PrefilteredEnvironment::class(levels[node]) >= spots.classes[k];
+            if weight > LEAST_WEIGHT && is_wide() {
+                let factor = cos * shares[corner] / weight;
+                of_spots[0][node] += irradiance[0] * factor;
+                of_spots[1][node] += irradiance[1] * factor;
+                of_spots[2][node] += irradiance[2] * factor;
             }
-        },
-    );
+        }
+    }
     let irradiance = light.irradiance(axes[2]);
     for c in 0..3 {
         let (means, of_spots) = (&means[c][..count], &of_spots[c][..count]);
@@ -281,41 +286,36 @@ fn directions(
     }
 }
 
-/// Calls `put` for each spot above the horizon: with its class, its cosine, its irradiance, and the
-/// nodes around it with their shares. Arguments as in [`directions`].
-#[inline(always)]
-fn for_each_spot(
-    nodes: &impl Nodes,
-    light: &PrefilteredEnvironment,
-    (axes, [sin, cos]): ([[f32; 3]; 3], [f32; 2]),
-    mut put: impl FnMut(u8, f32, [f32; 3], ([usize; 4], [f32; 4])),
-) {
-    let spots = light.spots();
-    let count = spots.classes.len().min(SPOTS_MAX);
-    let (mut chords, mut turns, mut cosines) =
-        ([0.0; SPOTS_MAX], [0.0; SPOTS_MAX], [0.0; SPOTS_MAX]);
-    let [xs, ys, zs] = &spots.towards;
-    let (xs, ys, zs) = (&xs[..count], &ys[..count], &zs[..count]);
-    let [x, y, z] = axes;
-    for k in 0..count {
-        let (a, b, c) = (xs[k], ys[k], zs[k]);
-        let cosine = z[0] * a + z[1] * b + z[2] * c;
-        let along = x[0] * a + x[1] * b + x[2] * c + sin;
-        let across = y[0] * a + y[1] * b + y[2] * c;
-        let height = cosine + cos;
-        let length = (along * along + across * across + height * height).sqrt().max(1e-6);
-        chords[k] = (2.0 - 2.0 * height / length).max(0.0).sqrt();
-        turns[k] = PrefilteredEnvironment::turns(along, across);
-        cosines[k] = cosine;
-    }
-    let scale = light.scale();
-    let [red, green, blue] = &spots.irradiance;
-    for k in 0..count {
-        if cosines[k] > 0.0 {
-            let irradiance = [red[k] * scale[0], green[k] * scale[1], blue[k] * scale[2]];
-            let around = nodes.around(chords[k], turns[k]);
-            put(spots.classes[k], cosines[k], irradiance, around);
+/// Spots as seen from a place: their half vectors as chord and turn as in [`Nodes::around`], and
+/// their cosines.
+struct SpotPlaces {
+    chords: [f32; SPOTS_MAX],
+    turns: [f32; SPOTS_MAX],
+    cosines: [f32; SPOTS_MAX],
+}
+
+impl SpotPlaces {
+    /// `towards`: x, y and z of the directions of the spots; the others as in [`directions`].
+    #[inline(always)]
+    fn new(towards: &[Vec<f32>; 3], (axes, [sin, cos]): ([[f32; 3]; 3], [f32; 2])) -> Self {
+        let mut places =
+            Self { chords: [0.0; SPOTS_MAX], turns: [0.0; SPOTS_MAX], cosines: [0.0; SPOTS_MAX] };
+        let [xs, ys, zs] = towards;
+        let count = xs.len().min(SPOTS_MAX);
+        let (xs, ys, zs) = (&xs[..count], &ys[..count], &zs[..count]);
+        let [x, y, z] = axes;
+        for k in 0..count {
+            let (a, b, c) = (xs[k], ys[k], zs[k]);
+            let cosine = z[0] * a + z[1] * b + z[2] * c;
+            let along = x[0] * a + x[1] * b + x[2] * c + sin;
+            let across = y[0] * a + y[1] * b + y[2] * c;
+            let height = cosine + cos;
+            let length = (along * along + across * across + height * height).sqrt().max(1e-6);
+            places.chords[k] = (2.0 - 2.0 * height / length).max(0.0).sqrt();
+            places.turns[k] = PrefilteredEnvironment::turns(along, across);
+            places.cosines[k] = cosine;
         }
+        places
     }
 }
 

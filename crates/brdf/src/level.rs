@@ -4,7 +4,8 @@
 
 #![allow(unsafe_code, reason = "calling a function of an instruction set that was detected")]
 
-use brood_brdf::{Branchless, Loop, Machine};
+use crate::block::{Loop, Machine};
+use crate::elementary::Branchless;
 
 /// A computation that is compiled once for each instruction set; see [`Level::run`].
 pub trait SimdKernel {
@@ -17,15 +18,17 @@ pub trait SimdKernel {
 
 /// A SIMD instruction set that this machine supports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Level(Kind);
+pub struct Level(LevelKind);
 
 /// Instruction set of a [`Level`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub enum LevelKind {
     /// Instruction set of every machine of the architecture: SSE2 on x86-64, NEON on AArch64.
     Baseline,
+    /// AVX2.
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    /// AVX-512 F, DQ, VL and BW.
     #[cfg(target_arch = "x86_64")]
     Avx512,
 }
@@ -34,16 +37,16 @@ impl Level {
     /// Returns the levels that this machine supports, the widest last.
     #[must_use]
     pub fn available() -> Vec<Self> {
-        let mut levels = vec![Self(Kind::Baseline)];
+        let mut levels = vec![Self(LevelKind::Baseline)];
         #[cfg(target_arch = "x86_64")]
         {
             if is_x86_feature_detected!("avx2") {
-                levels.push(Self(Kind::Avx2));
+                levels.push(Self(LevelKind::Avx2));
             }
             let wide = is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq");
             if wide && is_x86_feature_detected!("avx512vl") && is_x86_feature_detected!("avx512bw")
             {
-                levels.push(Self(Kind::Avx512));
+                levels.push(Self(LevelKind::Avx512));
             }
         }
         levels
@@ -52,37 +55,39 @@ impl Level {
     /// Returns the widest level that this machine supports.
     #[must_use]
     pub fn best() -> Self {
-        Self::available().pop().unwrap_or(Self(Kind::Baseline))
+        Self::available().pop().unwrap_or(Self(LevelKind::Baseline))
     }
 
     /// Returns the name used in reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self.0 {
-            Kind::Baseline if cfg!(target_arch = "aarch64") => "neon",
-            Kind::Baseline if cfg!(target_arch = "x86_64") => "sse2",
-            Kind::Baseline => "baseline",
+            LevelKind::Baseline if cfg!(target_arch = "aarch64") => "neon",
+            LevelKind::Baseline if cfg!(target_arch = "x86_64") => "sse2",
+            LevelKind::Baseline => "baseline",
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => "avx2",
+            LevelKind::Avx2 => "avx2",
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => "avx-512",
+            LevelKind::Avx512 => "avx-512",
         }
     }
 
-    pub(crate) fn kind(self) -> Kind {
+    /// Returns the instruction set.
+    #[must_use]
+    pub fn kind(self) -> LevelKind {
         self.0
     }
 
     /// Runs a kernel with the instructions of this level.
     pub fn run<W: SimdKernel>(self, kernel: W) -> W::Output {
         match self.0 {
-            Kind::Baseline => kernel.run(),
+            LevelKind::Baseline => kernel.run(),
             // SAFETY: only `available` makes levels, and only after it detected the features.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx2 => unsafe { avx2(kernel) },
+            LevelKind::Avx2 => unsafe { avx2(kernel) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Kind::Avx512 => unsafe { avx512(kernel) },
+            LevelKind::Avx512 => unsafe { avx512(kernel) },
         }
     }
 }
