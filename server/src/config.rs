@@ -14,7 +14,7 @@ pub struct ServerConfig {
     pub data: PathBuf,
     /// Capacity of the picture cache on disk in MiB; the cache in memory gets a quarter of it.
     pub cache_mib: u64,
-    /// Host names accepted besides localhost, 127.0.0.1 and [::1].
+    /// Host names accepted besides `localhost`, `127.0.0.1` and `[::1]`.
     pub allow_hosts: Vec<String>,
     /// Backend that renders thumbnails.
     pub backend: Backend,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use brood_eval::express;
 use brood_genome::{Genome, GenomeHash};
 use brood_inspect::{CurvePoint, Inspection, LightOrbit, Phenomena, inspect};
-use brood_mesh::Mesh;
+use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
     Backend, Frame, Lineage, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION,
@@ -270,9 +270,10 @@ impl Library {
     pub async fn mesh(&self, scene: &Scene) -> Result<MeshSource, ApiError> {
         let MeshRef::Uploaded(id) = &scene.mesh else { return Ok(MeshSource::Builtin) };
         let id: MeshId = id.parse().map_err(|_| {
-            ApiError::refused(
-                "the mesh must be the name of a built-in mesh or the id of an uploaded one",
-            )
+            let names = BuiltinMesh::ALL.map(BuiltinMesh::name).join(", ");
+            ApiError::refused(format!(
+                "the mesh {id:?} is none of {names}, and not the id of an uploaded one"
+            ))
             .at("/mesh")
         })?;
         match self.store.mesh(id).await {
