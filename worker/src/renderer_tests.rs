@@ -322,3 +322,43 @@ fn refined_pixels_have_the_environment_once() {
     let ratio = all(linear.premultiplied()) / all(expected_linear.premultiplied());
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
 }
+
+#[test]
+fn shadows_of_environments_are_those_of_many_samples() {
+    let text = "brood 1\n.model coated\nalbedo 0.6 0.4 0.2\nroughness 0.3\n";
+    let genome: brood_genome::Genome = text.parse().unwrap();
+    let program = Program::lower(&genome);
+    let scene = |shadows: bool| -> Scene {
+        let json = format!(
+            r#"{{"mesh": "ball", "shadows": {shadows}, "film": {{"exposure": 0}},
+                "lights": [{{"kind": "environment", "image": "studio", "samples": 256}}]}}"#
+        );
+        serde_json::from_str(&json).unwrap()
+    };
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Ball);
+    let rgba = |scene: &Scene, sampling| {
+        let how = (PictureFormat::Png, Backend::Cpu);
+        let frame = Frame::new(scene, MeshSource::Builtin, 48, sampling, how);
+        renderer.develop(&frame, &mesh, &[&program]).unwrap().remove(0).rgba
+    };
+    let expected = rgba(&scene(true), Sampling::Fixed(16));
+    let [shadowed, unshadowed] =
+        [true, false].map(|shadows| rgba(&scene(shadows), Sampling::Adaptive));
+    let green = |rgba: &[u8], pixel: usize| i32::from(rgba[4 * pixel + 1]);
+    let error =
+        |rgba: &[u8], pixel| f64::from((green(rgba, pixel) - green(&expected, pixel)).abs());
+    // Pixels in shadow; errors of edges are not those of shadows.
+    let opaque =
+        |pixel: &usize| [&expected, &shadowed].iter().all(|rgba| rgba[4 * pixel + 3] == 255);
+    let dark: Vec<usize> = (0..48 * 48)
+        .filter(opaque)
+        .filter(|pixel| green(&unshadowed, *pixel) - green(&expected, *pixel) > 12)
+        .collect();
+    let mean = |rgba: &[u8]| -> f64 {
+        dark.iter().map(|pixel| error(rgba, *pixel)).sum::<f64>() / dark.len() as f64
+    };
+    let (own, without) = (mean(&shadowed), mean(&unshadowed));
+    assert!(dark.len() > 60, "{} pixels are in shadow", dark.len());
+    assert!(own < 0.2 * without, "{own} codes, without shadows {without}");
+}
