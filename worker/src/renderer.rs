@@ -286,7 +286,8 @@ impl Renderer {
         let assets = self.loaded_assets();
         let view = SceneView::new(&scene, mesh, &assets);
         let shot = Shot { view, frame, film: scene.film, area };
-        let method = |program: &Program| Method::of(program, &scene, sampling);
+        let prefilters = sampling == Sampling::Adaptive && scene.is_prefilterable();
+        let method = |program: &Program| Method::of(program, prefilters);
         let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
         for own_method in Method::ALL {
             let pairs = programs.iter().enumerate();

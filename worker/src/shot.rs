@@ -3,7 +3,7 @@
 use brood_eval::{is_anisotropic, is_prefilterable};
 use brood_program::Program;
 use brood_protocol::{Frame, PictureFormat};
-use brood_scene::{Exposure, Film, LobeShape, PixelArea, Sampling, Scene};
+use brood_scene::{Exposure, Film, LobeShape, PixelArea};
 
 use crate::cache::SceneView;
 
@@ -47,16 +47,14 @@ impl Method {
     pub(crate) const ALL: [Self; 4] =
         [Self::Samples, Self::Tables, Self::Direct(LobeShape::Round), Self::Direct(LobeShape::Any)];
 
-    /// Returns the method of a program in pictures of a scene.
-    pub(crate) fn of(program: &Program, scene: &Scene, sampling: Sampling) -> Self {
-        if sampling != Sampling::Adaptive || !scene.has_environment() {
-            Self::Samples
-        } else if scene.is_prefilterable() && is_prefilterable(program) {
-            Self::Tables
-        } else if is_anisotropic(program) {
-            Self::Direct(LobeShape::Any)
-        } else {
-            Self::Direct(LobeShape::Round)
+    /// Returns the method of a program; `prefilters` is true if the picture may prefilter
+    /// environments.
+    pub(crate) fn of(program: &Program, prefilters: bool) -> Self {
+        match prefilters {
+            false => Self::Samples,
+            true if is_prefilterable(program) => Self::Tables,
+            true if is_anisotropic(program) => Self::Direct(LobeShape::Any),
+            true => Self::Direct(LobeShape::Round),
         }
     }
 }

@@ -41,4 +41,4 @@ pub use light::{
     IesLight, Light, PointLight, Quantity, RectangleLight, SphereLight, SpotLight, Strength,
 };
 pub use sampler::{LightSample, LightSampler, Receiver};
-pub use sequence::{SamplePoints, ray_seed};
+pub use sequence::ray_seed;

@@ -13,14 +13,13 @@ pub fn ray_seed(x: u32, y: u32, ray: usize) -> u64 {
 
 /// Points for the samples of one light at one hit.
 #[derive(Debug, Clone, Copy)]
-pub struct SamplePoints {
+pub(crate) struct SamplePoints {
     seeds: [u32; 2],
 }
 
 impl SamplePoints {
     /// Points for the light of that index in the scene.
     #[inline]
-    #[must_use]
     pub fn new(seed: u64, light: usize) -> Self {
         let bits = mix(seed ^ mix(light as u64 + 1));
         // One half of the hash per dimension.
@@ -35,7 +34,6 @@ impl SamplePoints {
     /// Owen 1995; by hashing of bits: Laine and Karras 2011, Burley 2020, *Practical Hash-based
     /// Owen Scrambling*.
     #[inline]
-    #[must_use]
     pub fn at(&self, sample: u32) -> [f64; 2] {
         let mut second = 0;
         let (mut left, mut direction) = (sample, 1u32 << 31);

@@ -118,8 +118,7 @@ impl Scene {
     }
 
     /// True if a light is an environment.
-    #[must_use]
-    pub fn has_environment(&self) -> bool {
+    pub(crate) fn has_environment(&self) -> bool {
         self.lights.iter().any(|light| matches!(light, Light::Environment(_)))
     }
 

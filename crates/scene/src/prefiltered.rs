@@ -22,8 +22,8 @@ mod spheres;
 
 pub use between::PixelBetween;
 pub use direct::LobeShape;
-pub(crate) use direct::{DirectLight, DirectSample, DirectSamples};
-pub(crate) use facing::{Facing, FacingGroup, groups};
+pub(crate) use direct::{DirectLight, DirectSamples};
+pub(crate) use facing::{Facing, groups};
 pub use light::PrefilteredLight;
 pub use nodes::{LobeNodes, LobeTable, NODES, NODES_TOGETHER};
 pub use point::LitPoint;

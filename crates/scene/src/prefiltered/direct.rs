@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 
 use brood_brdf::{Level, SimdKernel};
 use brood_light::PrefilteredEnvironment;
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::facing::Facing;
 use super::light::{EyeFrame, Place, add_light};
@@ -243,7 +243,7 @@ impl SimdKernel for At<'_> {
         for Environment { light, levels } in environments {
             add_light(nodes, (light, &levels[row]), &at, &mut means);
         }
-        let EyeFrame { x, y, n, eye: frame_eye } = at.frame;
+        let EyeFrame { x, y, n, .. } = at.frame;
         let mut samples = Vec::with_capacity(count);
         for k in 0..count {
             let irradiance = [0, 1, 2].map(|c| f64::from(means[c][k] * weights[k]));
@@ -253,45 +253,10 @@ impl SimdKernel for At<'_> {
                 let along = double * h[0] - f64::from(sin);
                 let up = double * h[2] - f64::from(cos);
                 let towards = x * along + y * (double * h[1]) + n * up;
-                let area = nodes.solid_angle(frame_eye, k);
-                samples.push(DirectSample {
-                    towards: towards.normalize(),
-                    irradiance,
-                    side: f64::from(area).sqrt(),
-                });
+                samples.push((towards.normalize(), irradiance));
             }
         }
         DirectSamples { n: facing.frame.n(), samples }
-    }
-}
-
-/// Mean of environments over some directions around a surface point.
-#[derive(Debug, Clone)]
-pub(crate) struct DirectSample {
-    /// Direction in the middle, in the unit frame.
-    pub towards: DVec3,
-    /// Irradiance times cosine.
-    pub irradiance: [f64; 3],
-    /// Root of the solid angle.
-    side: f64,
-}
-
-impl DirectSample {
-    /// Sum of the irradiance of all channels.
-    pub(crate) fn brightness(&self) -> f64 {
-        self.irradiance.iter().sum()
-    }
-
-    /// Returns one of the directions, above the surface with normal `n` if the one in the middle
-    /// is.
-    ///
-    /// # Domain
-    /// `place` within [0, 1]^2, evenly distributed.
-    pub(crate) fn direction(&self, place: DVec2, n: DVec3) -> DVec3 {
-        let (x, y) = self.towards.any_orthonormal_pair();
-        let offset = (place - 0.5) * self.side;
-        let direction = (self.towards + x * offset.x + y * offset.y).normalize();
-        if direction.dot(n) > 0.0 { direction } else { self.towards }
     }
 }
 
@@ -299,7 +264,7 @@ impl DirectSample {
 #[derive(Debug, Clone)]
 pub(crate) struct DirectSamples {
     n: DVec3,
-    samples: Vec<DirectSample>,
+    samples: Vec<(DVec3, [f64; 3])>,
 }
 
 /// Distance of normals up to which points of a pixel share samples.
@@ -311,8 +276,8 @@ impl DirectSamples {
         (self.n - facing.frame.n()).length() <= NEAR
     }
 
-    /// Iterates over the samples.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &DirectSample> {
+    /// Iterates over directions in the unit frame, and irradiance times cosine.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &(DVec3, [f64; 3])> {
         self.samples.iter()
     }
 }
@@ -321,6 +286,7 @@ impl DirectSamples {
 mod tests {
     use brood_light::{Light, LightAssets, LightSampler};
     use brood_mesh::{BuiltinMesh, LocalFrame, Mesh, UnitFrame};
+    use glam::DVec2;
 
     use super::*;
 
@@ -344,11 +310,11 @@ mod tests {
                     (DVec3::new(-0.8, 0.6, 0.0), DVec3::new(0.0, 0.6, 0.8)),
                 ] {
                     let frame = LocalFrame::new(n, n.any_orthonormal_vector());
-                    let facing = Facing { frame, eye, uv: DVec2::ZERO, start: n, seed: 1 };
+                    let facing = Facing { frame, eye, uv: DVec2::ZERO };
                     let samples = light.at(&facing);
                     assert!(samples.samples.len() <= shape.samples());
                     let mut sum = [0.0; 3];
-                    for DirectSample { towards, irradiance, .. } in samples.iter() {
+                    for (towards, irradiance) in samples.iter() {
                         assert!((towards.length() - 1.0).abs() < 1e-9 && towards.dot(n) > -1e-6);
                         sum = [0, 1, 2].map(|c| sum[c] + irradiance[c]);
                     }

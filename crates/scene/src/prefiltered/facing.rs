@@ -22,10 +22,6 @@ pub(crate) struct Facing {
     pub eye: DVec3,
     /// Texture position.
     pub uv: DVec2,
-    /// Start of shadow rays, in the unit frame.
-    pub start: DVec3,
-    /// Seed of the directions of shadow rays.
-    pub seed: u64,
 }
 
 /// Mean of similar points of a pixel.
@@ -80,8 +76,7 @@ impl Sums {
         let u = if mean.length() > MIN_LENGTH { mean } else { along(self.first.frame.u()) };
         let u = u.try_normalize().unwrap_or_else(|| n.any_orthonormal_vector());
         let eye = self.eye.try_normalize().unwrap_or(self.first.eye);
-        let frame = LocalFrame::new(n, u);
-        let facing = Facing { frame, eye, uv: self.uv / self.weight, ..self.first };
+        let facing = Facing { frame: LocalFrame::new(n, u), eye, uv: self.uv / self.weight };
         FacingGroup { facing, weight: self.weight, spread: self.spread }
     }
 }

@@ -89,9 +89,7 @@ pub(super) fn fixed_pixel(
             if let (Some(light), Some(facing)) = (&sampler.environments, &point.facing) {
                 let near = environments.take().filter(|near| near.is_near(facing));
                 let near = near.unwrap_or_else(|| light.at(facing));
-                let obstacles = (sampler.surface.obstacles(), &mut scratch.stack);
-                let shadowed = out.buffer.push_environments(&near, (facing, 1.0), obstacles);
-                out.counts.add_unlit((0, shadowed));
+                out.buffer.push_environments(&near, facing, 1.0);
                 environments = Some(near);
             }
         }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use brood_brdf::DirectionPair;
-use brood_light::{LightSampler, PrefilteredEnvironment, Receiver, SamplePoints};
+use brood_light::{LightSampler, PrefilteredEnvironment, Receiver};
 use brood_mesh::trace::{Hit, Ray, Stack, Tracer};
 use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, Vec3};
 use super::frame::{ShadedPoint, above_horizon};
 use super::values::round_to_f32;
 use crate::description::{Normals, Scene, Tangents};
-use crate::prefiltered::{DirectSample, DirectSamples, Facing};
+use crate::prefiltered::{DirectSamples, Facing};
 
 /// Mesh and lights with which hits are shaded.
 pub(super) struct Surface<'a> {
@@ -37,10 +37,6 @@ pub(super) struct CameraRay {
 /// Distance of the start of shadow rays above the surface, in the unit frame: far above rounding
 /// errors, far below what is visible.
 const START_ABOVE: f64 = 1e-6;
-
-/// Number of shadow rays to environments at a point, besides one for each sample: samples have
-/// shares of them by their brightness.
-const SHADOW_RAYS: f64 = 64.0;
 
 /// Light sample at a surface point.
 #[derive(Debug, Clone, Copy)]
@@ -191,13 +187,8 @@ impl<'a> Surface<'a> {
         }
         point.uv = shaded.uv;
         point.wo = shaded.wo;
-        point.facing = reflects.then(|| Facing {
-            frame: shaded.frame,
-            eye: -ray.direction,
-            uv: shaded.uv,
-            start: start.map_or(position, |(_, start)| start),
-            seed,
-        });
+        point.facing =
+            reflects.then(|| Facing { frame: shaded.frame, eye: -ray.direction, uv: shaded.uv });
         point.features = PixelFeatures {
             covered: true,
             lights: mask,
@@ -206,11 +197,6 @@ impl<'a> Surface<'a> {
             position: position.as_vec3(),
             shade: round_to_f32(shade * self.shade_scale),
         };
-    }
-
-    /// Returns the tracer of shadow rays if the scene has shadows.
-    pub fn obstacles(&self) -> Option<&Tracer> {
-        self.obstacles
     }
 
     fn in_unit_frame(&self, position: DVec3) -> DVec3 {
@@ -246,42 +232,15 @@ impl SampleBuffer {
         }
     }
 
-    /// Adds the samples of environments around a point, times `weight` and, with `obstacles`, the
-    /// share of their shadow rays that reach the environments. Returns the number of samples of
-    /// which none does.
-    pub fn push_environments(
-        &mut self,
-        light: &DirectSamples,
-        (at, weight): (&Facing, f64),
-        (obstacles, stack): (Option<&Tracer>, &mut Stack),
-    ) -> u64 {
+    /// Adds the samples of environments around a point, times `weight`.
+    pub fn push_environments(&mut self, light: &DirectSamples, at: &Facing, weight: f64) {
         let wo = above_horizon(at.frame.local(at.eye));
-        let places = SamplePoints::new(at.seed, 0);
-        let most = SHADOW_RAYS / light.iter().map(DirectSample::brightness).sum::<f64>();
-        let (mut shadowed, mut place) = (0, 0);
-        for sample in light.iter() {
-            let wi = at.frame.local(sample.towards);
-            if wi.z <= 0.0 {
-                continue;
+        for (towards, irradiance) in light.iter() {
+            let wi = at.frame.local(*towards);
+            if wi.z > 0.0 {
+                self.push(wi, wo, at.uv, irradiance.map(|e| e * weight));
             }
-            let mut share = weight;
-            if let Some(tracer) = obstacles {
-                let rays = 1 + (sample.brightness() * most) as u32;
-                let visible = (place..place + rays).filter(|place| {
-                    let direction = sample.direction(places.at(*place).into(), at.frame.n());
-                    !tracer.is_occluded(Ray { origin: at.start, direction }, f64::INFINITY, stack)
-                });
-                let visible = visible.count();
-                place += rays;
-                if visible == 0 {
-                    shadowed += 1;
-                    continue;
-                }
-                share *= visible as f64 / f64::from(rays);
-            }
-            self.push(wi, wo, at.uv, sample.irradiance.map(|e| e * share));
         }
-        shadowed
     }
 
     pub fn with_capacity(count: usize) -> Self {

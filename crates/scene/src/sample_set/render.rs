@@ -17,8 +17,7 @@ use super::size::PictureSize;
 use super::view::{View, subpixel_offsets};
 use crate::description::Scene;
 use crate::prefiltered::{
-    DirectLight, Facing, FacingGroup, LitPoint, LobeShape, PrefilteredLight,
-    groups as similar_points,
+    DirectLight, Facing, LitPoint, LobeShape, PrefilteredLight, groups as similar_points,
 };
 
 /// Number of rays of listed pixels that a thread traces at a time.
@@ -95,11 +94,10 @@ impl SampleSet {
     }
 
     /// Samples a scene, but replaces the samples of environments by at most [`LobeShape::samples`]
-    /// directions of mean radiance per surface point, which have no noise. If the scene has
-    /// shadows, each has shadow rays to random points of its part of the environment.
+    /// directions of mean radiance per surface point, which have no noise.
     ///
     /// # Domain
-    /// Scenes with an environment; materials whose lobes have the shape.
+    /// Scenes with [`Scene::is_prefilterable`]; materials whose lobes have the shape.
     ///
     /// # Panics
     /// As [`SampleSet::render_area`].
@@ -309,9 +307,7 @@ fn centre_row(
             let start = row.buffer.count();
             row.buffer.push_point(&point);
             if let (Some(light), Some(facing)) = (&sampler.environments, &point.facing) {
-                let (light, obstacles) = (light.at(facing), sampler.surface.obstacles());
-                let obstacles = (obstacles, &mut *stack);
-                row.unlit.1 += row.buffer.push_environments(&light, (facing, 1.0), obstacles);
+                row.buffer.push_environments(&light.at(facing), facing, 1.0);
             }
             row.lit.push(row.buffer.count() - start);
             row.unlit = (row.unlit.0 + point.skipped, row.unlit.1 + point.shadowed);
@@ -409,12 +405,8 @@ fn adaptive_row(
         let coverage = groups.push_all(scratch.weighted(), &mut out.buffer);
         if let Some(light) = &sampler.environments {
             let facing = scratch.weighted().map(|(point, weight)| (point.facing, weight));
-            let groups: Vec<_> = similar_points(facing).collect();
-            for FacingGroup { facing, weight, .. } in &groups {
-                let obstacles = (sampler.surface.obstacles(), &mut scratch.stack);
-                let samples = light.at(facing);
-                let shadowed = out.buffer.push_environments(&samples, (facing, *weight), obstacles);
-                out.counts.add_unlit((0, shadowed));
+            for group in similar_points(facing) {
+                out.buffer.push_environments(&light.at(&group.facing), &group.facing, group.weight);
             }
         }
         let added = out.buffer.count() - start;
