@@ -68,8 +68,8 @@ pub(crate) struct Refiner<'a> {
     pub(crate) tiles: &'a FineTiles,
 }
 
-/// Returns the evaluator of supersampled pixels of a frame. They have too few samples for a GPU; the
-/// exact evaluators compute the same bits.
+/// Returns the evaluator of supersampled pixels of a frame. They have too few samples for a GPU;
+/// the exact evaluators compute the same bits.
 pub(crate) fn fine_backend(frame: &Frame) -> Backend {
     match frame.backend {
         Backend::Reference => Backend::Reference,
