@@ -266,6 +266,8 @@ export async function hurried(app, step, base) {
     assert.equal((await app.api(`/v1/individuals/${individuals[3].id}`)).favourite, true);
     await other.close();
     await app.ready();
+    // Pictures with shadows take seconds, which no later step needs.
+    await app.reshown(() => app.id("shadows").uncheck({ force: true }));
   });
 
   await step("starts one lineage on a double click on a preset", async () => {
