@@ -12,6 +12,7 @@ mod kernel;
 
 use std::cell::RefCell;
 
+use brood_brdf::{Level, SimdKernel};
 use brood_genome::{Arithmetic, Output};
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -23,7 +24,6 @@ pub(crate) use code::Code;
 use crate::evaluator::{EvalResult, Evaluator};
 use crate::lanes::{BLOCK, LANES, Quarter};
 use crate::layer;
-use brood_brdf::{Level, SimdKernel};
 
 /// Number of samples per rayon task.
 const TASK: usize = 16 * BLOCK;

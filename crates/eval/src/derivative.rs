@@ -11,11 +11,11 @@ mod local;
 mod plan;
 mod sweep;
 
+use brood_brdf::Level;
 use brood_program::Program;
 use rayon::prelude::*;
 
 use crate::fitness::FitnessTarget;
-use brood_brdf::Level;
 pub use equations::NormalEquations;
 use plan::Plan;
 use sweep::{Sweep, SweepWorkspace, Walks};

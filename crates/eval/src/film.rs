@@ -11,6 +11,7 @@ mod tone;
 use std::ops::Range;
 
 pub use backdrop::LitBackdrop;
+use brood_brdf::{Level, SimdKernel};
 use brood_scene::{Film, SampleSet};
 pub use developed::Developed;
 pub use exposure::Gain;
@@ -20,7 +21,6 @@ pub use srgb::{decode_srgb, encode_srgb};
 
 use self::tone::{Curve, WithCurve, with_curve};
 use crate::radiance::{RadianceImage, ReflectedLight};
-use brood_brdf::{Level, SimdKernel};
 
 /// Develops a radiance image.
 ///

@@ -11,7 +11,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use brood_brdf::{
-    Block, Branchless, Brdf, DirectionPair, Elementary, Loop, Machine, Plain, PreparedModel,
+    Block, Branchless, Brdf, DirectionPair, Elementary, Level, Loop, Machine, Plain, PreparedModel,
 };
 use brood_genome::{Model, ModelKind, RANGE};
 use brood_program::Program;
@@ -21,7 +21,6 @@ use rayon::prelude::*;
 
 use crate::lanes::{LANES, pairwise_sum};
 use crate::rounding::round_to_f32;
-use brood_brdf::Level;
 
 pub(crate) use shared::SharedBlocks;
 

@@ -1,13 +1,12 @@
 //! Reflectance of analytic models and measured BRDFs on sample sets: f64 arithmetic on all cores,
 //! rounded to f32 at the end.
 
-use brood_brdf::{Block, Brdf, Model};
+use brood_brdf::{Block, Brdf, Level, Model};
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
 use crate::lanes::LANES;
 use crate::rounding::round_to_f32;
-use brood_brdf::Level;
 
 /// Number of samples per task.
 const TASK_SAMPLES: usize = 1024;

@@ -1,6 +1,6 @@
 //! Shading by prefiltered light: radiance of a picture from tables of materials.
 
-use brood_brdf::Input;
+use brood_brdf::{Input, Level, SimdKernel};
 use brood_program::Program;
 use brood_scene::{
     LitPoint, LobeNodes, LobeTable, NODES, NODES_TOGETHER, PrefilteredLight, SampleSet,
@@ -9,7 +9,6 @@ use rayon::prelude::*;
 
 use crate::energy::is_anisotropic;
 use crate::lanes::pairwise_sum;
-use brood_brdf::{Level, SimdKernel};
 
 /// Points of which the light is gathered at once.
 const POINTS_TOGETHER: usize = 256;

@@ -8,13 +8,12 @@
 
 use std::cell::RefCell;
 
-use brood_brdf::{Input, InputMask};
+use brood_brdf::{Input, InputMask, Level};
 use brood_program::{Binary, Operand, Operation, Program, Range, StepRange};
 use brood_scene::SampleSet;
 
 use super::kernel::{Clamping, Kernel, Pass, Second};
 use crate::layer::Layers;
-use brood_brdf::Level;
 
 /// First slot of inputs and constants during a translation, when the number of registers is not
 /// known yet.

@@ -10,11 +10,11 @@
     reason = "instructions address rows of one table by index, one of them mutably"
 )]
 
+use brood_brdf::{Level, LevelKind};
 use brood_genome::{Arithmetic, Functions};
 use brood_program::Operation;
 
 use crate::lanes::{LANES, Quarter};
-use brood_brdf::{Level, LevelKind};
 
 /// Pointer to the row of an operand in a block.
 #[derive(Debug, Clone, Copy)]

@@ -1,12 +1,12 @@
 //! Plan of the sweeps through a program, the same for all samples: the place of each value, and the
 //! steps that derivatives are propagated through.
 
+use brood_brdf::Level;
 use brood_genome::Input;
 use brood_program::{Operand, Operation, Program};
 use brood_scene::SampleSet;
 
 use crate::layer::{LayerValues, Layers};
-use brood_brdf::Level;
 
 /// A program prepared for sweeps. Every value has a row: constants first, then the inputs that are
 /// read, then steps.

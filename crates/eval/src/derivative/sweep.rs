@@ -2,6 +2,7 @@
 //! either mode, and their sums for the normal equations. Every loop is over the 64 lanes of a
 //! quarter, for one operation at a time.
 
+use brood_brdf::SimdKernel;
 use brood_genome::Functions;
 use brood_program::{Operation, for_known};
 
@@ -11,7 +12,6 @@ use super::plan::{Adjoint, AdjointStep, Plan, PlannedStep, Tangent, TangentStep}
 use crate::canonical::reflectance;
 use crate::fitness::{FitnessTarget, Loss};
 use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter, pairwise_sum};
-use brood_brdf::SimdKernel;
 
 const ZERO: Quarter = Quarter([0.0; LANES]);
 const ONE: Quarter = Quarter([1.0; LANES]);

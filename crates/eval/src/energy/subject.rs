@@ -4,6 +4,7 @@
 //! The output stage is affine and its values are not negative, so the albedos of g^2 and of each
 //! layer are measured separately and added before the output stage.
 
+use brood_brdf::Level;
 use brood_genome::Output;
 use brood_program::{Operand, Program};
 use brood_scene::SampleSet;
@@ -17,7 +18,6 @@ use super::slope::{Nodes, SlopeRule, highlight_width};
 use crate::lanes::pairwise_sum;
 use crate::layer::Layers;
 use crate::{CanonicalEvaluator, Evaluator};
-use brood_brdf::Level;
 
 /// Number of samples evaluated at once: small enough that their memory is reused from call to call.
 const BATCH_SAMPLES: usize = 4096;

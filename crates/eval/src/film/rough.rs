@@ -6,13 +6,12 @@
 //! one sample. The choice depends only on the developed picture, so it is the same on every machine
 //! and for every exact evaluator.
 
-use brood_brdf::InputMask;
+use brood_brdf::{InputMask, Level, SimdKernel};
 use brood_program::Program;
 use brood_scene::{PictureSize, PixelArea, SampleSet, Sampling};
 
 use super::developed::Developed;
 use crate::radiance::shade_each;
-use brood_brdf::{Level, SimdKernel};
 
 /// Largest difference in codes of a pixel from the mean of two opposite neighbours, in any channel,
 /// that is not rough.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use brood_brdf::{Level, SimdKernel};
 use brood_genome::Functions;
 use brood_program::Program;
 use rayon::prelude::*;
@@ -15,7 +16,6 @@ use crate::canonical::{
 use crate::evaluator::EvalResult;
 use crate::lanes::{BLOCK, LANES, QUARTERS, Quarter, pairwise_sum};
 use crate::layer::SharedBlocks;
-use brood_brdf::{Level, SimdKernel};
 
 /// Number of partial sums of a block, which take its errors in turn.
 const PARTIAL_SUMS: usize = 16;

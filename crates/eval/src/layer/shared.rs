@@ -3,11 +3,10 @@
 
 use std::sync::OnceLock;
 
-use brood_brdf::Block;
+use brood_brdf::{Block, Level};
 use brood_scene::SampleSet;
 
 use crate::lanes::LANES;
-use brood_brdf::Level;
 
 /// The quarters of a set, 88 bytes per sample of a computed quarter.
 #[derive(Debug)]
