@@ -221,8 +221,10 @@ pub(super) fn add_light(
         for corner in 0..4 {
             let node = around[corner];
             let weight = at.weights.get(node).copied().unwrap_or(0.0);
-            let is_wide = || PrefilteredEnvironment::class(levels[node]) >= spots.classes[k];
-            if weight > LEAST_WEIGHT && is_wide() {
+            // Nodes without a weight have no level.
+            if weight > LEAST_WEIGHT
+                && PrefilteredEnvironment::class(levels[node]) >= spots.classes[k]
+            {
                 let factor = cos * shares[corner] / weight;
                 of_spots[0][node] += irradiance[0] * factor;
                 of_spots[1][node] += irradiance[1] * factor;
