@@ -78,6 +78,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(render::exr))
         .routes(routes!(render::posted::png))
         .routes(routes!(spheres::get))
+        .routes(routes!(spheres::post))
         .routes(routes!(circle::animation))
         .routes(routes!(circle::strip))
         .routes(routes!(circle::sheet))

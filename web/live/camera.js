@@ -18,13 +18,20 @@ const FRAMING_MARGIN = 1.04;
 const PLACED = { azimuth: 65, elevation: 45, radii: 4 };
 
 const DEGREE = Math.PI / 180;
+/** The world's axes. @type {Vec3[]} */
+const WORLD = [
+  [1, 0, 0],
+  [0, 1, 0],
+  [0, 0, 1],
+];
 
 /**
  * @typedef {{centre: Vec3, radius: number}} Extent bounding sphere
  *
- * @typedef {{eye: Vec3, right: Vec3, up: Vec3, forward: Vec3, half: number, parallel: boolean,
- *   near: number, far: number}} View `half` is half the visible height: at distance 1, or anywhere
- *   if rays are parallel. `near` and `far` enclose the object.
+ * @typedef {{eye: Vec3, right: Vec3, up: Vec3, forward: Vec3, world: Vec3[], half: number,
+ *   parallel: boolean, near: number, far: number}} View `world`: the world's axes; `half` is half
+ *   the visible height: at distance 1, or anywhere if rays are parallel. `near` and `far` enclose
+ *   the object.
  *
  * @typedef {{place: Vec3, intensity: Vec3}} PointLight With lengths in radii: irradiance at normal
  *   incidence is intensity over squared distance.
@@ -88,6 +95,7 @@ export function viewOf(camera, extent, { rotation, scale }) {
     right: rotateBack(rotation, right),
     up: rotateBack(rotation, up),
     forward: rotateBack(rotation, negated(back)),
+    world: WORLD.map((axis) => rotateBack(rotation, axis)),
   };
   if (camera.orthographic !== undefined) {
     const middle = relative([0, 0, 0], extent);

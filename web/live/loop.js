@@ -33,6 +33,7 @@ import { readLitCells, updateLitCells } from "./lit_cells.js";
 import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
 import { MaterialCache } from "./material_cache.js";
 import { AdaptiveResolution, displayInterval } from "./resolution.js";
+import { turnOf } from "./spheres.js";
 import { followLight } from "./stills.js";
 import { liveStore } from "./store.js";
 import {
@@ -271,14 +272,14 @@ function frame(now) {
   const scene = sceneStore.editedScene.value;
   const gl = context?.gl;
   const generation = lineageStore.generation.value;
-  // The server draws what is edited in environments.
-  const draft = liveStore.environment.value === "" ? lineageStore.draft.value : null;
+  const draft = lineageStore.draft.value;
   // Only the edited centre is drawn then.
   const resting = !(isMoving() || isReplaced());
   if (gl && !draft && !gl.isContextLost()) draftMaterial.drop(gl);
   if (!gl || gl.isContextLost() || !scene || !generation || (resting && !draft)) {
     resolution.pause();
     liveStore.still.value = null;
+    liveStore.turned.value = false;
     liveGeneration = "";
     return showLive(new Set());
   }
@@ -286,7 +287,8 @@ function frame(now) {
   // A new brood's own pictures come first.
   if (!lineageStore.breeding.value && lineageStore.readyId.value === generation.id)
     followLight(degrees, liveStore.lightMoving.value, generation.id);
-  if (!CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
+  const environment = liveStore.environment.value;
+  if (!environment || !CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
     return followOnServer(scene, degrees);
   const path = meshPath(scene, "geometry");
   if (object?.path !== path) {
@@ -312,10 +314,20 @@ function frame(now) {
     placedKey = "";
     litKey = "";
   }
-  const environment = liveStore.environment.value;
-  if (environment !== "" && placedKey === "") {
-    for (const surface of [metering, small, large]) drawPlaces(gl, pens, surface, view);
-    placedKey = key;
+  const confirmed = sceneStore.scene.value ?? scene;
+  // Not the dragged angle, which would cause a measurement of each material at every step.
+  const base = confirmed.light_deg ?? 0;
+  if (environment.key !== "") {
+    const turns = environment.turns > 1;
+    liveStore.turned.value = turns;
+    const turn = turns ? turnOf(scene, degrees) : null;
+    const measured = turns ? turnOf(confirmed, base) : null;
+    const placed = JSON.stringify([key, turn, measured]);
+    if (placed !== placedKey) {
+      for (const surface of [small, large]) drawPlaces(gl, pens, surface, view, turn);
+      drawPlaces(gl, pens, metering, view, measured);
+      placedKey = placed;
+    }
   }
   /** @param {number} at */
   const lightsAt = (at) => {
@@ -325,8 +337,6 @@ function frame(now) {
   const lights = lightsAt(degrees);
   const lit = JSON.stringify(lights.map((light) => light.place));
   const strength = strengthOf(lights);
-  // Not the dragged angle, which would cause a measurement of each material at every step.
-  const base = sceneStore.scene.value?.light_deg ?? 0;
   const all = Array.from({ length: METER_ANGLES }, (_, k) =>
     normalizedLights(lightsAt(base + (360 * k) / METER_ANGLES), strength),
   ).flat();
@@ -343,8 +353,8 @@ function frame(now) {
   const lightsKey = JSON.stringify([
     key,
     all.map((light) => [light.place, light.intensity.map(Math.fround)]),
-    environment,
-    environment === "" ? 1 : strength,
+    environment.key,
+    environment.key === "" ? 1 : strength,
   ]);
   if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
     lightSurface(gl, pens, metering, all);
@@ -374,8 +384,8 @@ function frame(now) {
   const exposure = scene.film.exposure;
   const materials = squares.flatMap((square) => {
     const of = individualSeenIn(square.cell);
-    const edited = square.cell === "centre" && of?.id === draft?.of.id && draftMaterial.drawable;
-    const material = edited || (of && !resting && cache.drawable(of));
+    const edited = square.cell === "centre" && of?.id === draft?.of.id && draftMaterial.drawable(environment);
+    const material = edited || (of && !resting && cache.drawable(of, environment));
     return material ? [{ ...square, material }] : [];
   });
   // All frames have one light: none is drawn under a moved light before all can be.

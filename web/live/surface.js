@@ -22,7 +22,7 @@
 import { dropLitCells, makeLitCells, resetLitCells } from "./lit_cells.js";
 import { SIDES, outline, triangles } from "./outline.js";
 import { EVERYWHERE, OUTLINED, linkNow, read, uniformLocation } from "./program.js";
-import { PLACES, SURROUNDINGS } from "./spheres.js";
+import { PLACES, SURROUNDINGS, TURNED_PLACES } from "./spheres.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -184,8 +184,8 @@ const MASK_SAMPLES = 4;
  *   `side`: of its pictures in pixels. `slots`: largest number of lights, whose pictures in `lit`
  *   are stacked. `whole`: false if there was not enough memory. `within`: a polygon around the
  *   object, outside of which nothing is shaded. `parts`: cells that lights may reach. `found`:
- *   position, normal and tangent of the shading points. `places`: of their normals on lit spheres.
- *   `surroundings`: radiances in the environments, by material (`surroundings.js`).
+ *   position, normal and tangent of the shading points. `places`: of their normals on lit spheres,
+ *   and shares. `surroundings`: radiances in the environments, by material (`surroundings.js`).
  *   `many`: the multisampled framebuffer of the mask.
  *
  * @typedef {{texture: WebGLTexture, framebuffer: WebGLFramebuffer, known: boolean}} Surrounding
@@ -194,7 +194,7 @@ const MASK_SAMPLES = 4;
  * @typedef {{geometry: Geometry, tangents: "vertex"|"triangle"}} Mesh `tangents`: as in scenes
  *
  * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked, places: Linked,
- *   surroundings: Linked}} SurfacePrograms
+ *   turnedPlaces: Linked, surroundings: Linked}} SurfacePrograms
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {SurfacePrograms} */
@@ -204,6 +204,7 @@ export const linkSurfacePrograms = (gl) => ({
   found: linkNow(gl, EVERYWHERE, FOUND),
   lit: linkNow(gl, OUTLINED, LIT),
   places: linkNow(gl, OUTLINED, PLACES),
+  turnedPlaces: linkNow(gl, OUTLINED, TURNED_PLACES),
   surroundings: linkNow(gl, OUTLINED, SURROUNDINGS),
 });
 
@@ -280,7 +281,7 @@ export function makeSurface(gl, side, slots) {
   gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
   gl.bindVertexArray(null);
   const found = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
-  const places = [0, 1].map(() => texture(gl, gl.RGBA32F, side));
+  const places = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
   const maskFramebuffer = drawsInto(gl, mask);
   const foundFramebuffer = drawsInto(gl, seen, ...found);
   const litFramebuffer = drawsInto(gl, lit);
@@ -456,15 +457,20 @@ export function lightSurface(gl, pens, into, lights) {
  * @param {SurfacePrograms} pens
  * @param {Surface} into
  * @param {View} view
+ * @param {number|null} degrees turn of the environments; null at rest
  */
-export function drawPlaces(gl, pens, into, view) {
-  const pen = pens.places;
+export function drawPlaces(gl, pens, into, view, degrees) {
+  const pen = degrees === null ? pens.places : pens.turnedPlaces;
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.placesFramebuffer);
   gl.viewport(0, 0, into.side, into.side);
   read(gl, pen, { point: into.found[0], normal: into.found[1] });
   bindView(gl, pen, view);
   gl.uniform1f(uniformLocation(gl, pen, "lens"), view.half);
-  gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
+  if (degrees === null) gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
+  else {
+    gl.uniform1f(uniformLocation(gl, pen, "turn"), (degrees * Math.PI) / 180);
+    gl.uniformMatrix3fv(uniformLocation(gl, pen, "world"), false, view.world.flat());
+  }
   drawWithin(gl, into);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   for (const one of into.surroundings.values()) one.known = false;

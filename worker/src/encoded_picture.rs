@@ -4,7 +4,7 @@ use brood_eval::{Developed, LitBackdrop, LitSpheres, RadianceImage, encode_exr, 
 use brood_inspect::Picture;
 use brood_program::Program;
 use brood_protocol::{PictureFormat, PictureKey, RenderedPicture};
-use brood_scene::LobeNodes;
+use brood_scene::{LobeNodes, SphereLayout};
 
 use crate::error::RenderError;
 use crate::evaluated_picture::EvaluatedPicture;
@@ -63,13 +63,14 @@ impl EncodedPicture {
 
     /// Encodes the radiance of a program on its lit spheres.
     pub(crate) fn spheres(
-        (side, radiance): (u32, &[[f32; 3]]),
+        layout: SphereLayout,
+        radiance: &[[f32; 3]],
         backdrop: Option<&[[f32; 3]]>,
         program: &Program,
     ) -> Self {
         let samples = LobeNodes::get().set().len() as u64;
         let operations = samples * program.operations() as u64;
-        let bytes = LitSpheres::encode(side, radiance, backdrop);
+        let bytes = LitSpheres::encode(layout, radiance, backdrop);
         Self { bytes, exposure_ev: 0.0, samples, operations }
     }
 
