@@ -143,6 +143,38 @@ async fn lit_spheres_hold_a_material_in_the_environments_of_a_scene() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn lit_angles_hold_the_shadows_of_point_lights() {
+    let server = TestServer::start();
+    let path = async |scene: &Value, query: &str| {
+        let scene = server.post("/v1/scenes", scene).await.expect(201).json();
+        format!("/v1/scenes/{}/lit-angles?{query}", text_of(&scene["id"]))
+    };
+    let scene = json!({"mesh": "knob", "shadows": true, "lights": [{}, {"position": [1, 2, 3]}]});
+    let file = server.get(&path(&scene, "side=40").await).await.expect(200).body;
+    assert_eq!((&file[..8], file.len()), (b"broodang".as_slice(), 20 + 16 * 2 * 40 * 40));
+    assert_eq!(file[12..20], [40u32.to_le_bytes(), 2u32.to_le_bytes()].concat());
+    // They do not depend on where the lights are on the circle, nor on their strength.
+    let mut other = scene.clone();
+    other["light_deg"] = json!(70);
+    other["lights"][1]["intensity"] = json!(5);
+    assert_eq!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
+    other["rotation_deg"] = json!([0, 50, 0]);
+    assert_ne!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
+    for (lights, shadows) in [
+        (json!([{}]), false),
+        (json!([{"kind": "sphere", "position": [0, 3, 3], "radius": 1}]), true),
+        (json!([{}, {"kind": "environment", "image": "studio"}]), true),
+    ] {
+        let scene = json!({"lights": lights, "shadows": shadows});
+        let refused = server.get(&path(&scene, "side=40").await).await.expect(422).json();
+        assert!(text_of(&refused["detail"]).contains("point lights alone"), "{refused}");
+    }
+    for query in ["side=15", "side=1025", "side=many", "", "side=40&light_deg=1"] {
+        server.get(&path(&scene, query).await).await.expect(400);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn every_kind_of_light_makes_a_different_picture() {
     let server = TestServer::start();
     let lights = [

@@ -278,14 +278,14 @@ export async function editedLive(app, step, shot, base) {
   });
 
   await step("shows the server's picture of an edit where the scene cannot be drawn live", async () => {
-    await app.reshown(() => app.id("shadows").check({ force: true }));
+    await app.reshown(() => app.id("light-kind").selectOption("spot"));
     await hold(app, "slide-0-roughness-0", 0.4);
     const first = await drawnDraft(app, "");
     await hold(app, "slide-0-roughness-0", 0.7);
     await drawnDraft(app, first);
     await app.id("edit-reset").click();
     await app.id("draft-picture").waitFor({ state: "detached" });
-    await app.reshown(() => app.id("shadows").uncheck({ force: true }));
+    await app.reshown(() => app.id("light-kind").selectOption("point"));
   });
 }
 

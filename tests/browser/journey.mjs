@@ -23,6 +23,7 @@ import { BroodPage } from "./page.mjs";
 import { photo, photoByFinger } from "./photo.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
+import { shadowsLive } from "./shadows.mjs";
 import { steer } from "./steer.mjs";
 import { surrounded } from "./surrounded.mjs";
 import { target, targetByFinger } from "./target.mjs";
@@ -289,6 +290,7 @@ async function drawn(app, base) {
   const shot = shotOf(app);
   await live(app, step, shot, base);
   await surrounded(app, step, shot, base);
+  await shadowsLive(app, step, shot, base);
   await film(app, step, shot);
   await limitedLive(app, step, shot, base);
   await modelsLive(app, step, shot, base);

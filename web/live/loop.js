@@ -33,6 +33,7 @@ import { readLitCells, updateLitCells } from "./lit_cells.js";
 import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
 import { MaterialCache } from "./material_cache.js";
 import { AdaptiveResolution, displayInterval } from "./resolution.js";
+import { ShadowTexture, shadowKey } from "./shadows.js";
 import { turnOf } from "./spheres.js";
 import { followLight } from "./stills.js";
 import { liveStore } from "./store.js";
@@ -42,7 +43,7 @@ import {
 import { drawSurroundings, keepSurroundings } from "./surroundings.js";
 
 /** Stands for a scene without lights, which is drawn black. @type {PointLight} */
-const DARK = { place: [0, 0, 1], intensity: [0, 0, 0] };
+const DARK = { place: [0, 0, 1], intensity: [0, 0, 0], index: 0, degrees: 0 };
 
 /** @type {HTMLCanvasElement|null} */
 let canvas = null;
@@ -76,6 +77,7 @@ const AGAIN_MS = 5000;
 /** True while materials are being compiled. */
 let makingMaterials = false;
 const resolution = new AdaptiveResolution();
+const shadows = new ShadowTexture(schedule);
 const cache = new MaterialCache(schedule);
 const draftMaterial = new DraftMaterial(schedule);
 
@@ -125,6 +127,7 @@ function dropResources() {
   placedKey = "";
   litKey = "";
   meteredKey = "";
+  shadows.lose();
   cache.lose();
   draftMaterial.lose();
   showLive(new Set());
@@ -335,14 +338,23 @@ function frame(now) {
     return there.length > 0 ? there : [DARK];
   };
   const lights = lightsAt(degrees);
-  const lit = JSON.stringify(lights.map((light) => light.place));
+  // A turned object is drawn without shadows until it rests.
+  const shade = sceneStore.draggedPose.value ? "" : shadowKey(scene);
+  const unknown = !shadows.has(shade);
+  if (unknown && shade === shadowKey(confirmed) && confirmed.id) {
+    const { large: side } = (canvas && layOut(canvas, 1, Infinity)) ?? layout;
+    shadows.request(gl, { key: shade, sceneId: confirmed.id, side });
+    if (isLightMoved() || draft) return showLive(new Set());
+  }
+  const angles = shadows.texture(gl, shade);
+  const lit = JSON.stringify([lights.map((light) => light.place), unknown ? "" : shade]);
   const strength = strengthOf(lights);
   const all = Array.from({ length: METER_ANGLES }, (_, k) =>
     normalizedLights(lightsAt(base + (360 * k) / METER_ANGLES), strength),
   ).flat();
   if (lit !== litKey) {
-    if (litKey === "") lightSurface(gl, pens, metering, all);
-    for (const surface of [small, large]) lightSurface(gl, pens, surface, lights);
+    if (litKey === "") lightSurface(gl, pens, metering, all, angles);
+    for (const surface of [small, large]) lightSurface(gl, pens, surface, lights, angles);
     litKey = lit;
   }
   // While the object rotates, the lit cells would be outdated before they are known.
@@ -355,9 +367,10 @@ function frame(now) {
     all.map((light) => [light.place, light.intensity.map(Math.fround)]),
     environment.key,
     environment.key === "" ? 1 : strength,
+    unknown ? "" : shade,
   ]);
   if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
-    lightSurface(gl, pens, metering, all);
+    lightSurface(gl, pens, metering, all, angles);
     cache.remeter(gl);
     draftMaterial.remeter(gl);
     meteredKey = lightsKey;

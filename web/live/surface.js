@@ -22,6 +22,7 @@
 import { dropLitCells, makeLitCells, resetLitCells } from "./lit_cells.js";
 import { SIDES, outline, triangles } from "./outline.js";
 import { EVERYWHERE, OUTLINED, linkNow, read, uniformLocation } from "./program.js";
+import { REACHED, angleOf } from "./shadows.js";
 import { PLACES, SURROUNDINGS, TURNED_PLACES } from "./spheres.js";
 
 const VERTEX = `#version 300 es
@@ -157,6 +158,7 @@ uniform sampler2D tangent;
 uniform int base;
 uniform vec3 light;
 out vec4 result;
+${REACHED}
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
   vec4 p = texelFetch(point, here, 0);
@@ -166,7 +168,7 @@ void main() {
   float squared = dot(towards, towards);
   vec3 wi = towards * inversesqrt(squared);
   float cos_i = dot(wi, n.xyz);
-  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 ? p.w * cos_i / squared : 0.0, n.w);
+  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 && reached(here) ? p.w * cos_i / squared : 0.0, n.w);
 }`;
 
 /** Number of samples per pixel for coverage. */
@@ -438,14 +440,19 @@ export function drawSurface(gl, pens, into, mesh, view) {
  * @param {SurfacePrograms} pens
  * @param {Surface} into
  * @param {PointLight[]} lights no more than there are slots
+ * @param {WebGLTexture} angles at which they reach the surface
  */
-export function lightSurface(gl, pens, into, lights) {
+export function lightSurface(gl, pens, into, lights, angles) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
-  read(gl, pens.lit, { point: into.found[0], normal: into.found[1], tangent: into.found[2] });
+  const [point, normal, tangent] = into.found;
+  read(gl, pens.lit, { point, normal, tangent, angles });
+  gl.uniform1i(uniformLocation(gl, pens.lit, "side"), into.side);
   lights.forEach((light, slot) => {
     gl.viewport(0, slot * into.side, into.side, into.side);
     gl.uniform1i(uniformLocation(gl, pens.lit, "base"), slot * into.side);
     gl.uniform3fv(uniformLocation(gl, pens.lit, "light"), light.place);
+    gl.uniform1ui(uniformLocation(gl, pens.lit, "angle"), angleOf(light.degrees));
+    gl.uniform1i(uniformLocation(gl, pens.lit, "numbered"), light.index);
     drawWithin(gl, into);
   });
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);

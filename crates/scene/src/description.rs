@@ -13,7 +13,7 @@ mod tangents;
 mod tests;
 mod validate;
 
-use brood_light::{EnvironmentLight, Light};
+use brood_light::{EnvironmentLight, Light, PointLight};
 use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -156,6 +156,23 @@ impl Scene {
         let backdrop = self.backdrop.filter(|backdrop| turns == 1 && is_lit(backdrop));
         let (camera, lights) = (self.camera.clone(), lights.collect());
         Self { camera, lights, film, backdrop, ..Self::default() }
+    }
+
+    /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same object, camera, and
+    /// positions of lights, and defaults for everything else; `None` if there is none for a scene
+    /// without shadows or with other lights than point lights.
+    #[must_use]
+    pub fn for_angles(&self) -> Option<Self> {
+        let position = |light: &Light| match light {
+            Light::Point(PointLight { position, .. }) => {
+                Some(Light::Point(PointLight { position: *position, strength: None }))
+            }
+            _ => None,
+        };
+        let lights: Option<Vec<Light>> = self.lights.iter().map(position).collect();
+        let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
+        let scene = Self { lights: lights?, light_deg: 0.0, film, backdrop: None, ..self.clone() };
+        (self.shadows && !self.lights.is_empty()).then_some(scene)
     }
 
     /// Returns the largest number of samples of all lights at one shading point: the cost of a

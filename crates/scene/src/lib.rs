@@ -33,6 +33,6 @@ pub use prefiltered::{
     PrefilteredLight, SphereLayout,
 };
 pub use sample_set::{
-    ImageLayout, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun, PixelSpan,
-    Raster, SampleCounts, SampleSet, Sampling, SamplingError,
+    ImageLayout, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun,
+    PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Toggles,
 };

@@ -1,6 +1,6 @@
 //! Header check of pictures sent by workers: format and size.
 
-use brood_eval::LitSpheres;
+use brood_eval::{LitSpheres, are_angles};
 use brood_protocol::PictureFormat;
 use brood_scene::{PictureSize, SphereLayout};
 
@@ -30,6 +30,10 @@ pub fn check(bytes: &[u8], format: PictureFormat, size_px: (u32, u32)) -> Result
         }
         PictureFormat::Exr if bytes.starts_with(EXR) => Ok(()),
         PictureFormat::Exr => Err("it must begin with an EXR header".to_owned()),
+        PictureFormat::Angles => {
+            let words = || format!("it must be lit angles of {} pixels a side", size_px.0);
+            are_angles(bytes, size_px.0).then_some(()).ok_or_else(words)
+        }
         PictureFormat::Spheres => {
             let (width, height) = size_px;
             let layout = SphereLayout::of_size(PictureSize { width, height })
