@@ -13,7 +13,7 @@ mod mask;
 use glam::{DVec2, DVec3};
 
 use crate::DirectionPair;
-pub use catalogue::{Input, LightInput, Parametrisation};
+pub use catalogue::{Input, LightInput, Lighting, Parametrisation};
 pub use mask::InputMask;
 
 /// Lower bound of the arguments of logarithms; bounds every input over the closed hemisphere.

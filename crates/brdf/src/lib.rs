@@ -38,7 +38,7 @@ pub use block::{Block, HORIZON, Loop, Machine, Plain};
 pub use brdf::{Brdf, Claims};
 pub use direction::{DirectionError, DirectionPair};
 pub use elementary::{Branchless, Elementary, Libm};
-pub use input::{Input, InputMask, LightInput, Parametrisation};
+pub use input::{Input, InputMask, LightInput, Lighting, Parametrisation};
 pub use level::{Level, LevelKind, SimdKernel};
 pub use measured::{
     CsvError, GoniometerError, ImageSlice, ImageSliceError, MeasuredSamples, Merl, MerlError,

@@ -60,6 +60,12 @@ fn execute(operation: u32, a: V, b: V) -> V {
         case OP_RSQ: {
             return rsq(a);
         }
+        case OP_SAT, OP_SAT_NEG: {
+            return limit_to(select(a, -a, operation == OP_SAT_NEG), 0.0, 1.0);
+        }
+        case OP_STEP, OP_STEP_NEG: {
+            return is_positive(select(a, -a, operation == OP_STEP_NEG));
+        }
         default: {
             return V(0.0);
         }

@@ -8,13 +8,20 @@
 //! Programs with layers have a version of their own, so that the words and hashes of all others do
 //! not depend on layers. The number of layers follows the steps, then for each layer the number of
 //! its kind and two words (low, high half) for each of its parameter values.
+//!
+//! Styles and programs of colours have versions of their own, too. The effects of a style follow the
+//! steps, see `style.rs`.
+
+mod style;
 
 use brood_genome::{Input, LAYERS_MAX, Model, ModelKind, Output, Parameter, RANGE};
 
-use crate::{Constant, Operand, Operation, Program, Step};
+use crate::{Constant, Meaning, Operand, Operation, Program, Step};
 
 const VERSION: u32 = 0x4252_4401;
 const LAYERED_VERSION: u32 = 0x4252_4402;
+const STYLE_VERSION: u32 = 0x4252_4403;
+const COLOR_VERSION: u32 = 0x4252_4404;
 /// Number of words before the output stage.
 const HEADER: usize = 6;
 /// Number of words of the output stage: matrix, scale and offset.
@@ -48,13 +55,21 @@ pub enum WordsError {
     /// The kind of model does not exist, or one of its numbers is invalid.
     #[error("the words from {0} on do not encode a model")]
     Model(usize),
+    /// The effects do not belong together, or one of them is invalid.
+    #[error("the words from {0} on do not encode an effect")]
+    Effect(usize),
 }
 
 impl Program {
     /// Returns the packed words.
     #[must_use]
     pub fn to_words(&self) -> Vec<u32> {
-        let version = if self.layers.is_empty() { VERSION } else { LAYERED_VERSION };
+        let version = match &self.meaning {
+            Meaning::Reflectance if self.layers.is_empty() => VERSION,
+            Meaning::Reflectance => LAYERED_VERSION,
+            Meaning::Style(_) => STYLE_VERSION,
+            Meaning::Color => COLOR_VERSION,
+        };
         let mut words = vec![version, length(self.constants.len()), length(self.steps.len())];
         words.extend(self.results.map(operand_word));
         let output = &self.output;
@@ -75,6 +90,9 @@ impl Program {
             words.push(u32::from(model.kind().number()));
             words.extend(model.parameter_values().iter().copied().flat_map(halves));
         }
+        if let Meaning::Style(effects) = &self.meaning {
+            style::write(effects, &mut words);
+        }
         words
     }
 
@@ -84,16 +102,20 @@ impl Program {
     /// Returns a [`WordsError`] with the index of the first invalid word.
     pub fn from_words(words: &[u32]) -> Result<Self, WordsError> {
         let header = words.get(..HEADER).ok_or(WordsError::Length)?;
-        let has_layers = match header[0] {
-            VERSION => false,
-            LAYERED_VERSION => true,
+        let (has_layers, is_style) = match header[0] {
+            VERSION | COLOR_VERSION => (false, false),
+            LAYERED_VERSION => (true, false),
+            STYLE_VERSION => (false, true),
             _ => return Err(WordsError::Version),
         };
         let (constants, steps) = (header[1] as usize, header[2] as usize);
         let first_constant = HEADER + OUTPUT;
         let first_step = first_constant + 3 * constants.min(MOST);
         let first_layer = first_step + 2 * steps.min(MOST);
-        let ends = if has_layers { words.len() > first_layer } else { words.len() == first_layer };
+        let ends = match has_layers || is_style {
+            true => words.len() > first_layer,
+            false => words.len() == first_layer,
+        };
         if !ends || constants.max(steps) > MOST {
             return Err(WordsError::Length);
         }
@@ -104,6 +126,11 @@ impl Program {
             results: [Operand::Constant(0); 3],
             output: reader.output()?,
             layers: if has_layers { reader.layers(first_layer)? } else { Vec::new() },
+            meaning: match header[0] {
+                STYLE_VERSION => Meaning::Style(style::read(words, first_layer)?),
+                COLOR_VERSION => Meaning::Color,
+                _ => Meaning::Reflectance,
+            },
         };
         for index in 0..constants {
             program.constants.push(reader.constant(first_constant + 3 * index)?);
@@ -297,6 +324,6 @@ mod tests {
         let unknown = length(Operation::ALL.len()) << 24;
         assert_eq!(words(constant, unknown, 0.0, 0.0), Err(WordsError::Operation(step)));
         let last = length(Operation::ALL.len() - 1) << 24;
-        assert_eq!(words(constant, last, 0.0, 0.0).unwrap().operation, Operation::SplNeg);
+        assert_eq!(words(constant, last, 0.0, 0.0).unwrap().operation, Operation::StepNeg);
     }
 }

@@ -310,3 +310,12 @@ impl Input {
         Self::ALL.get(index).copied()
     }
 }
+
+/// Lights for which a painted material is lowered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Lighting {
+    /// Number of lights, at most [`Input::LIGHTS`].
+    pub lights: usize,
+    /// True if the visibility of a light can be below 1.
+    pub has_shadows: bool,
+}

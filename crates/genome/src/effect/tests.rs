@@ -153,8 +153,9 @@ fn json_errors_point_at_the_value() {
         (r#""scale": [1, 1, 2]"#, "/scale"),
     ];
     for (part, pointer) in parts {
-        let text =
-            format!(r#"{{"brood": 1, "dialect": {{"length": 0}}, {part}, "effects": [{{"kind": "light"}}]}}"#);
+        let text = format!(
+            r#"{{"brood": 1, "dialect": {{"length": 0}}, {part}, "effects": [{{"kind": "light"}}]}}"#
+        );
         let error = Genome::from_json(serde_json::from_str(&text).unwrap()).unwrap_err();
         assert_eq!(error.pointer, pointer);
     }
