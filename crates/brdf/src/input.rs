@@ -1,86 +1,20 @@
-//! Catalogue of inputs: scalars of a direction pair that do not change when the two directions are
-//! swapped.
+//! Inputs of programs.
+//!
+//! The inputs of BRDFs are scalars of a direction pair that do not change when the two directions
+//! are swapped. Painted materials also read quantities of a surface point and its lights.
 //!
 //! Every input is a pure f64 function. Sample sets store it rounded to f32 once, so that all
 //! evaluators read the same bits. An [`InputMask`] lists the inputs that a program reads; only
 //! these are computed.
 
+mod catalogue;
+mod mask;
+
 use glam::{DVec2, DVec3};
 
 use crate::DirectionPair;
-
-/// Form of the azimuthal inputs p3..p6, which read the tangential parts of the directions.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Hash, Default, serde::Serialize, serde::Deserialize,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum Parametrisation {
-    /// Tangential parts as they are: polynomial in the directions, without a singularity.
-    #[default]
-    Smooth,
-    /// Normalised tangential parts, as in the paper: pure functions of the azimuths, singular
-    /// at the poles.
-    Paper,
-}
-
-crate::named_enum! {
-    /// A scalar that a program may read. Symmetric under exchange of wi and wo, bit for bit.
-    ///
-    /// # Source
-    /// `P1`..`Q2`: Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, section 3, in the
-    /// product form of docs/maths/inputs.md. The inputs from `LogTanHalf` on belong to the extended
-    /// dialect.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-    #[repr(u8)]
-    pub enum Input {
-        /// cos_o + cos_i.
-        P1 => "p1",
-        /// Texture coordinate u, unwrapped.
-        U => "u",
-        /// Texture coordinate v, unwrapped, upwards.
-        V => "v",
-        /// cos(phi_o - phi_i), weighted by sin_i sin_o.
-        SmoothP3 => "p3",
-        /// cos(phi_o + phi_i), weighted by sin_i sin_o.
-        SmoothP5 => "p5",
-        /// sin(phi_o + phi_i), weighted by sin_i sin_o.
-        SmoothP6 => "p6",
-        /// p2^2 - p4^2 with the weighted p4.
-        SmoothQ1 => "q1",
-        /// 2 p2 p4 with the weighted p4.
-        SmoothQ2 => "q2",
-        /// cos(phi_o - phi_i).
-        PaperP3 => "p3.paper",
-        /// cos(phi_o + phi_i).
-        PaperP5 => "p5.paper",
-        /// sin(phi_o + phi_i).
-        PaperP6 => "p6.paper",
-        /// p2^2 - p4^2.
-        PaperQ1 => "q1.paper",
-        /// 2 p2 p4.
-        PaperQ2 => "q2.paper",
-        /// 1/2 ln(tan^2 theta_h + 1e-7).
-        LogTanHalf => "lt",
-        /// h . wi.
-        HalfDotLight => "h.wi",
-        /// (cos_o - cos_i)^2 / (4 sin^2 theta_h + 1e-3).
-        CosineDifference => "dx",
-        /// 2 p2 p4 / (sin^2 theta_h + 1e-3) with the weighted p4.
-        MirrorAsymmetry => "qn",
-        /// cos_i cos_o.
-        CosineProduct => "cos_i*cos_o",
-        /// ln(h . wi).
-        LogHalfDotLight => "ln(h.wi)",
-        /// 1/2 ln(1 - h . wi + 0.002).
-        LogHalfAngle => "ln(1-h.wi)/2",
-        /// ln(cos_i cos_o).
-        LogCosineProduct => "ln(cos_i*cos_o)",
-        /// ln(cos_i + cos_o).
-        LogCosineSum => "ln(cos_i+cos_o)",
-        /// n . h.
-        NormalDotHalf => "n.h",
-    }
-}
+pub use catalogue::{Input, LightInput, Lighting, Parametrisation};
+pub use mask::InputMask;
 
 /// Lower bound of the arguments of logarithms; bounds every input over the closed hemisphere.
 const LOG_FLOOR: f64 = 1.0 / (1u64 << 20) as f64;
@@ -92,27 +26,16 @@ const POLE_FLOOR: f64 = 1.0 / (1u64 << 40) as f64;
 const RANGE: f64 = 65504.0;
 
 impl Input {
-    /// Position in [`Input::ALL`]; also the bit in an [`InputMask`] and the number in packed
-    /// words.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self as usize
-    }
-
-    /// Returns the input with this index, or `None` if there is none.
-    #[must_use]
-    pub fn from_index(index: usize) -> Option<Self> {
-        Self::ALL.get(index).copied()
-    }
-
-    /// Returns the value for a pair of directions at texture position `uv`.
+    /// Returns the value for a pair of directions at texture position `uv`. For inputs of painted
+    /// materials, the pair is a point at depth 0 that one white light at wi reaches, and gradients
+    /// are 0.
     ///
     /// # Domain
     /// Any direction pair and any finite `uv`; the result is finite and within [-65504, 65504].
     ///
     /// # Error
-    /// Exactly symmetric: `evaluate(pair) == evaluate(pair.swapped())` bit for bit
-    /// (`input_is_bit_equal_when_directions_are_swapped`).
+    /// Inputs of BRDFs are exactly symmetric: `evaluate(pair) == evaluate(pair.swapped())` bit for
+    /// bit (`input_is_bit_equal_when_directions_are_swapped`).
     #[must_use]
     pub fn evaluate(self, pair: &DirectionPair, uv: DVec2) -> f64 {
         let (cos_i, cos_o) = (pair.cos_i(), pair.cos_o());
@@ -153,11 +76,35 @@ impl Input {
                 let s = half_sum(pair);
                 s.z / s.length_squared().max(POLE_FLOOR).sqrt()
             }
+            Self::NormalDotEye => cos_o,
+            Self::Depth | Self::NormalDotEyeStep | Self::DepthStep => 0.0,
+            Self::P2 => cos_o - cos_i,
+            Self::SmoothP4 => azimuth(pair, Parametrisation::Smooth).p4,
+            _ => self.of_one_light(pair),
         };
         // Adding +0 turns -0 into +0: swapping directions could otherwise change the sign
         // of a zero.
         value.clamp(-RANGE, RANGE) + 0.0
     }
+
+    /// Value of an input of lights where one white light at wi reaches the point.
+    fn of_one_light(self, pair: &DirectionPair) -> f64 {
+        let (light, quantity) = self.light().expect("the other inputs are functions of the pair");
+        match quantity {
+            LightInput::Visibility => 1.0,
+            LightInput::CosStep | LightInput::MirrorStep => 0.0,
+            _ if light > 0 => 0.0,
+            LightInput::Cos => pair.cos_i(),
+            LightInput::Mirror => mirror_cosine(pair),
+            LightInput::Level | LightInput::Red | LightInput::Green | LightInput::Blue => 1.0,
+        }
+    }
+}
+
+/// r . wi, where r is wo mirrored at the normal.
+fn mirror_cosine(pair: &DirectionPair) -> f64 {
+    let (wi, wo) = (pair.wi(), pair.wo());
+    (wi.z * wo.z - wi.x * wo.x - wi.y * wo.y).clamp(-1.0, 1.0)
 }
 
 /// p3..p6 in one parametrisation.
@@ -208,71 +155,6 @@ fn half_dot_light(pair: &DirectionPair) -> f64 {
     (0.5 * (1.0 + pair.wi().dot(pair.wo()))).clamp(0.0, 1.0).sqrt()
 }
 
-/// A set of inputs, one bit each.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, PartialOrd, Ord)]
-pub struct InputMask(u32);
-
-impl InputMask {
-    /// The empty set.
-    pub const EMPTY: Self = Self(0);
-
-    /// Bits of the set; bit k stands for `Input::ALL[k]`.
-    #[must_use]
-    pub fn bits(self) -> u32 {
-        self.0
-    }
-
-    /// Returns the set with these bits, or `None` if a bit stands for no input.
-    #[must_use]
-    pub fn from_bits(bits: u32) -> Option<Self> {
-        (bits >> Input::ALL.len() == 0).then_some(Self(bits))
-    }
-
-    /// Adds one input.
-    pub fn insert(&mut self, input: Input) {
-        self.0 |= 1 << input.index();
-    }
-
-    /// True if the input is in the set.
-    #[must_use]
-    pub fn contains(self, input: Input) -> bool {
-        self.0 >> input.index() & 1 == 1
-    }
-
-    /// Returns the inputs of either set.
-    #[must_use]
-    pub fn union(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// Iterates over the inputs in the order of their indices.
-    pub fn iter(self) -> impl Iterator<Item = Input> {
-        Input::ALL.into_iter().filter(move |input| self.contains(*input))
-    }
-
-    /// Number of inputs.
-    #[must_use]
-    pub fn len(self) -> usize {
-        self.0.count_ones() as usize
-    }
-
-    /// True if the set has no inputs.
-    #[must_use]
-    pub fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-}
-
-impl FromIterator<Input> for InputMask {
-    fn from_iter<I: IntoIterator<Item = Input>>(inputs: I) -> Self {
-        let mut mask = Self::EMPTY;
-        for input in inputs {
-            mask.insert(input);
-        }
-        mask
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -303,7 +185,7 @@ mod tests {
     #[test]
     fn input_is_bit_equal_when_directions_are_swapped() {
         for pair in hard_pairs() {
-            for input in Input::ALL {
+            for input in Input::symmetric() {
                 let here = input.evaluate(&pair, DVec2::new(0.25, -3.0));
                 let there = input.evaluate(&pair.swapped(), DVec2::new(0.25, -3.0));
                 assert!(
@@ -346,6 +228,38 @@ mod tests {
             assert_eq!(Input::from_index(index), Some(input));
         }
         assert_eq!(Input::from_index(Input::ALL.len()), None);
-        assert_eq!(InputMask::from_bits(1 << Input::ALL.len()), None);
+    }
+
+    #[test]
+    fn inputs_of_lights_are_found_by_light_and_quantity() {
+        for light in 0..Input::LIGHTS {
+            for quantity in LightInput::ALL {
+                let input = Input::of_light(light, quantity);
+                assert_eq!(input.light(), Some((light, quantity)));
+                assert_eq!(input.name(), format!("{}.{light}", quantity.name()));
+            }
+        }
+        assert!(Input::symmetric().all(|input| input.light().is_none()));
+        assert_eq!(Input::symmetric().last(), Some(Input::NormalDotHalf));
+    }
+
+    #[test]
+    fn inputs_of_painted_materials_are_finite_at_hard_pairs() {
+        for pair in hard_pairs() {
+            for input in Input::ALL.into_iter().skip(Input::SYMMETRIC) {
+                let value = input.evaluate(&pair, DVec2::ZERO);
+                assert!(value.abs() <= 1.0 + 1e-12, "{}: {value} at {pair:?}", input.name());
+            }
+        }
+    }
+
+    #[test]
+    fn mask_iterates_over_its_inputs_in_order() {
+        let inputs = [Input::P1, Input::NormalDotHalf, Input::Depth, Input::Light7MirrorStep];
+        let mask: InputMask = inputs.into_iter().rev().collect();
+        assert_eq!(mask.iter().collect::<Vec<_>>(), inputs);
+        assert_eq!(mask.len(), 4);
+        assert_eq!(InputMask::EMPTY.iter().next(), None);
+        assert_eq!(Input::ALL.into_iter().collect::<InputMask>().iter().count(), Input::ALL.len());
     }
 }

@@ -16,7 +16,7 @@
 //! use glam::{DVec2, DVec3};
 //!
 //! let pair = DirectionPair::new(DVec3::new(0.6, 0.0, 0.8), DVec3::new(0.0, 0.6, 0.8)).unwrap();
-//! for input in Input::ALL {
+//! for input in Input::symmetric() {
 //!     let value = input.evaluate(&pair, DVec2::ZERO);
 //!     assert_eq!(value, input.evaluate(&pair.swapped(), DVec2::ZERO));
 //! }
@@ -38,7 +38,7 @@ pub use block::{Block, HORIZON, Loop, Machine, Plain};
 pub use brdf::{Brdf, Claims};
 pub use direction::{DirectionError, DirectionPair};
 pub use elementary::{Branchless, Elementary, Libm};
-pub use input::{Input, InputMask, Parametrisation};
+pub use input::{Input, InputMask, LightInput, Lighting, Parametrisation};
 pub use level::{Level, LevelKind, SimdKernel};
 pub use measured::{
     CsvError, GoniometerError, ImageSlice, ImageSliceError, MeasuredSamples, Merl, MerlError,
@@ -47,8 +47,9 @@ pub use measured::{
 pub use model::{
     ClearCoatConstants, CoatTables, DistributionConstants, FacetConstants, MetalConstants, Model,
     ModelConstants, ModelKind, ModelPreset, Parameter, ParameterError, ParameterKind,
-    ParameterScale, ParameterTextError, ParameterValuesError, PhongHighlight, PreparedModel,
-    PrincipledConstants, SgdChannel, Shadowing, TableDetail, UnknownModel, WardForm, model_presets,
+    ParameterScale, ParameterTextError, ParameterValues, ParameterValuesError, PhongHighlight,
+    PreparedModel, PrincipledConstants, SgdChannel, Shadowing, TableDetail, UnknownModel, WardForm,
+    display_codes, model_presets,
 };
 pub use quadrature::gauss_legendre;
 pub use swapped::Swapped;

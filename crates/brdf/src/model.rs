@@ -5,9 +5,9 @@
 //! searches. A [`PreparedModel`] is the form that is evaluated. Independent of meshes, pictures and
 //! programs.
 //!
-//! Dependencies between the files go one way: `constants` and `parameter`, then what several
-//! models share, then one file for each family of models, then `prepared` and `kind`, which join
-//! all families, then `value`.
+//! Dependencies between the files go one way: `constants`, `parameter` and `parameter_values`, then
+//! what several models share, then one file for each family of models, then `prepared` and `kind`,
+//! which join all families, then `value`.
 
 mod ashikhmin_shirley;
 mod coat;
@@ -20,6 +20,7 @@ mod fresnel;
 mod kind;
 mod microfacet;
 mod parameter;
+mod parameter_values;
 mod phong;
 mod prepared;
 mod preset;
@@ -28,7 +29,6 @@ mod reflect;
 mod rough_plastic;
 #[cfg(test)]
 mod tests;
-mod text;
 mod value;
 mod ward;
 
@@ -39,7 +39,9 @@ pub use constants::{
 };
 pub use kind::{ModelKind, UnknownModel};
 pub use parameter::{Parameter, ParameterKind, ParameterScale};
+pub use parameter_values::{
+    ParameterError, ParameterTextError, ParameterValues, ParameterValuesError, display_codes,
+};
 pub use prepared::PreparedModel;
 pub use preset::{ModelPreset, model_presets};
-pub use text::ParameterTextError;
-pub use value::{Model, ParameterError, ParameterValuesError};
+pub use value::Model;

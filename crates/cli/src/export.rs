@@ -30,7 +30,7 @@ pub struct ExportArgs {
 /// Runs the command.
 pub fn run(args: &ExportArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let genome = genome_file::read(&args.genome)?;
+    let genome = genome_file::read_brdf(&args.genome)?;
     let limited = args.limit.unwrap_or(genome.is_limited());
     let program = express(&genome.with_limit(limited));
     let text = export(&program, args.format);

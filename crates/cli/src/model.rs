@@ -112,6 +112,7 @@ fn bounds(parameter: &Parameter) -> String {
     let (low, high) = parameter.range;
     let range = match parameter.kind {
         ParameterKind::Choice { words } => words.join(" | "),
+        ParameterKind::DisplayColor { .. } => "#000000 to #ffffff".to_owned(),
         ParameterKind::Scalar { .. } | ParameterKind::Color { .. } => format!("{low} to {high}"),
     };
     let unit =
@@ -132,6 +133,7 @@ fn parameter_json(parameter: &Parameter) -> Value {
         ParameterKind::Choice { words } => found["words"] = json!(words),
         ParameterKind::Scalar { default } => found["default"] = json!(default),
         ParameterKind::Color { default } => found["default"] = json!(default),
+        ParameterKind::DisplayColor { default } => found["default"] = json!(default),
     }
     if !matches!(parameter.kind, ParameterKind::Choice { .. }) {
         found["low"] = json!(low);

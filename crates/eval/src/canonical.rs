@@ -21,7 +21,7 @@ use rayon::prelude::*;
 pub(crate) use block::{BoundCode, Span, Workspace};
 pub(crate) use code::Code;
 
-use crate::evaluator::{EvalResult, Evaluator};
+use crate::evaluator::{EvalResult, Evaluator, Lowered};
 use crate::lanes::{BLOCK, LANES, Quarter};
 use crate::layer;
 
@@ -65,6 +65,8 @@ impl Evaluator for CanonicalEvaluator {
     }
 
     fn eval(&self, programs: &[&Program], set: &SampleSet, out: &mut Vec<f32>) -> EvalResult {
+        let lowered = Lowered::of(programs, set)?;
+        let programs = lowered.programs();
         let samples = set.len();
         // Not cleared first: every value is written below.
         out.resize(programs.len() * 3 * samples, 0.0);
@@ -152,7 +154,7 @@ impl SimdKernel for Reflectance<'_> {
 }
 
 /// Computes f of one quarter of a block from the results `g` of the program: g^2, plus the
-/// reflectance of the layers if there are any, through the output stage.
+/// reflectance of the layers if there are any, through the output stage. Colours stay as they are.
 #[inline(always)]
 pub(crate) fn reflectance(
     program: &Program,
@@ -160,6 +162,10 @@ pub(crate) fn reflectance(
     layers: Option<[&[f32]; 3]>,
     f: &mut [Quarter; 3],
 ) {
+    if program.is_color() {
+        f.iter_mut().zip(g).for_each(|(f, g)| f.0 = *g);
+        return;
+    }
     for (f, g) in f.iter_mut().zip(g) {
         for (f, g) in f.0.iter_mut().zip(g) {
             *f = g.square();

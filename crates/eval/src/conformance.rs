@@ -7,11 +7,13 @@
 mod bits;
 mod cases;
 mod layers;
+mod styles;
 mod tolerance;
 
 pub use bits::first_difference;
 pub use cases::{hard_samples, layered_programs, programs, sample_sets, wild_model, wild_program};
 pub use layers::LAYER_TOLERANCE;
+pub use styles::{lit_points, wild_style};
 pub use tolerance::{TOLERANCES, Tolerance};
 
 use brood_program::Program;
@@ -29,6 +31,7 @@ pub fn check(evaluator: &dyn Evaluator) {
         check_bits(evaluator, &programs(24));
     }
     layers::check(evaluator);
+    styles::check(evaluator);
     tolerance::check(evaluator);
 }
 

@@ -49,11 +49,11 @@ pub use energy::{
     Stage, UNBOUNDED_COS, channel_albedos, direction_at, direction_pair, directional_albedo,
     energy_limit, express, express_brood, is_anisotropic, limited,
 };
-pub use evaluator::{EvalError, EvalResult, Evaluator};
+pub use evaluator::{EvalError, EvalResult, Evaluator, Lowered};
 pub use film::{
     Developed, FineSamples, Gain, LitBackdrop, Refinement, RoughTile, decode_srgb, develop,
-    develop_exposed, develop_samples, encode_srgb, refine_lone_rays, refine_radiance, rough_pixels,
-    rough_tile_count, rough_tiles,
+    develop_colors, develop_exposed, develop_samples, encode_srgb, linear_colors, refine_lone_rays,
+    refine_radiance, rough_pixels, rough_tile_count, rough_tiles,
 };
 pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,

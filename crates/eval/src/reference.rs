@@ -1,11 +1,11 @@
 //! The reference evaluator: the same operations and clamps in f64. It serves only to measure error.
 
-use brood_program::{Program, execute_layered};
+use brood_program::{Meaning, Program, execute_layered};
 use brood_scene::SampleSet;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::evaluator::{EvalResult, Evaluator};
+use crate::evaluator::{EvalResult, Evaluator, Lowered};
 use crate::layer::Layers;
 use crate::rounding::round_to_f32;
 
@@ -20,6 +20,7 @@ impl ReferenceEvaluator {
     /// One (red, green, blue) per sample.
     #[must_use]
     pub fn reflectance(program: &Program, set: &SampleSet) -> Vec<[f64; 3]> {
+        debug_assert!(!matches!(program.meaning(), Meaning::Style(_)), "styles are lowered first");
         let mask = program.inputs();
         let inputs: Vec<(usize, &[f32])> =
             mask.iter().map(|input| (input.index(), set.input(input))).collect();
@@ -50,7 +51,8 @@ impl Evaluator for ReferenceEvaluator {
 
     fn eval(&self, programs: &[&Program], set: &SampleSet, out: &mut Vec<f32>) -> EvalResult {
         out.clear();
-        for program in programs {
+        let lowered = Lowered::of(programs, set)?;
+        for program in &*lowered.programs() {
             let f = Self::reflectance(program, set);
             for channel in 0..3 {
                 out.extend(f.iter().map(|rgb| round_to_f32(rgb[channel])));

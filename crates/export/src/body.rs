@@ -105,5 +105,9 @@ fn call(operation: Operation, a: &str, b: &str, range: &StepRange) -> String {
         Operation::Rsq => format!("brood_rsq({a})"),
         Operation::Spl => format!("brood_spl({a})"),
         Operation::SplNeg => format!("brood_spl(-{a})"),
+        Operation::Saturate => format!("clamp({a}, 0.0, 1.0)"),
+        Operation::SaturateNeg => format!("clamp(-{a}, 0.0, 1.0)"),
+        Operation::Step => format!("step(0.0, {a})"),
+        Operation::StepNeg => format!("step(0.0, -{a})"),
     }
 }

@@ -25,6 +25,9 @@ use crate::{body, input, library};
 /// `evolved_program` has the bits of the canonical evaluator if the compiler keeps to IEEE
 /// rounding. `evolved` differs by the error of inputs and models in f32; the bounds for models are
 /// in [`crate::conformance`].
+///
+/// # Panics
+/// If the program is painted: it is not a BRDF.
 #[must_use]
 pub fn export(program: &Program, format: Format) -> String {
     export_within(program, format, RANGE)
@@ -32,8 +35,12 @@ pub fn export(program: &Program, format: Format) -> String {
 
 /// As [`export`], for texture coordinates in [-`uv`, `uv`] with `uv` from 0 to 65504. Clamps that
 /// cannot act in that range are left out, which removes most clamps of most programs.
+///
+/// # Panics
+/// As [`export`].
 #[must_use]
 pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
+    assert!(!program.is_painted(), "painted programs are not BRDFs and are not exported as such");
     let layers = Layers::of(program.layers());
     let mut text = String::new();
     if !layers.is_empty() {

@@ -25,6 +25,10 @@ pub enum Function {
     Rsq,
     /// [`Arithmetic::spl`].
     Spl,
+    /// [`Arithmetic::saturate`].
+    Saturate,
+    /// [`Arithmetic::step`].
+    Step,
 }
 
 /// Scalar operations that the opcodes consist of.
@@ -66,6 +70,12 @@ pub trait Arithmetic: Copy + Default + PartialEq + std::fmt::Debug {
     /// log2(1 + 2^x), from `ex2` of -|x|, clamped.
     #[must_use]
     fn spl(self) -> Self;
+    /// x clamped to [0, 1]; used by painted materials.
+    #[must_use]
+    fn saturate(self) -> Self;
+    /// 1 where x >= 0, else 0; used by painted materials.
+    #[must_use]
+    fn step(self) -> Self;
     /// Applies a function.
     #[inline(always)]
     #[must_use]
@@ -78,6 +88,8 @@ pub trait Arithmetic: Copy + Default + PartialEq + std::fmt::Debug {
             Function::Rcp => self.rcp(),
             Function::Rsq => self.rsq(),
             Function::Spl => self.spl(),
+            Function::Saturate => self.saturate(),
+            Function::Step => self.step(),
         }
     }
     /// Square without clamp. The BRDF is the square of the result registers.
@@ -138,6 +150,18 @@ impl Arithmetic for f32 {
     known!(lg2 rcp rsq spl);
 
     #[inline(always)]
+    fn saturate(self) -> Self {
+        // Comparisons as in `functions::clamp`, so that -0 becomes 0 on every machine.
+        let x = if self > 0.0 { self } else { 0.0 };
+        if x < 1.0 { x } else { 1.0 }
+    }
+
+    #[inline(always)]
+    fn step(self) -> Self {
+        if self >= 0.0 { 1.0 } else { 0.0 }
+    }
+
+    #[inline(always)]
     fn square(self) -> Self {
         self * self
     }
@@ -191,6 +215,14 @@ impl Arithmetic for f64 {
 
     fn spl(self) -> Self {
         clamp(self.max(0.0) + libm::log2(1.0 + (-self.abs()).ex2()))
+    }
+
+    fn saturate(self) -> Self {
+        if self > 0.0 { self.min(1.0) } else { 0.0 }
+    }
+
+    fn step(self) -> Self {
+        if self >= 0.0 { 1.0 } else { 0.0 }
     }
 
     fn square(self) -> Self {

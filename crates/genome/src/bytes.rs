@@ -4,10 +4,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 use std::fmt;
 use std::str::FromStr;
 
+use crate::effect::{PALETTE_MAX, PALETTE_MIN};
 use crate::{
-    CONSTANTS, Dialect, Genome, GenomeError, Instruction, InstructionError, LAYERS_MAX, Model,
-    ModelKind, Opcode, OpcodeSet, Operand, Output, OutputError, Parameter, Parametrisation,
-    Register, Swizzle, WriteMask,
+    CONSTANTS, Dialect, Effect, EffectKind, EffectsError, Genome, GenomeError, Instruction,
+    InstructionError, LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet, Operand, Output,
+    OutputError, Palette, Parameter, ParameterValues, Parametrisation, Register, Swizzle,
+    WriteMask,
 };
 
 const HEAD: &[u8] = b"brood genome 1\n";
@@ -48,9 +50,18 @@ pub enum BytesError {
         /// Offset of the model.
         at: usize,
     },
+    /// An effect has a value that is not valid for its parameter.
+    #[error("the effect at offset {at} has an invalid palette or parameter value")]
+    Effect {
+        /// Offset of the effect.
+        at: usize,
+    },
     /// The output stage is not valid.
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// A painted genome has an energy limit or an output stage.
+    #[error("a genome with effects has no energy limit and no output stage")]
+    Painted,
     /// The parts do not make a genome.
     #[error(transparent)]
     Genome(#[from] GenomeError),
@@ -104,8 +115,9 @@ impl<'de> Deserialize<'de> for GenomeHash {
 
 impl Genome {
     /// Returns all parts of the genome in a fixed order: dialect, instructions, constants, output
-    /// stage, layers; numbers as little-endian bits. The energy limit and the presence of layers
-    /// are bits of one byte, so that genomes without them keep the bytes of earlier versions.
+    /// stage, layers, effects; numbers as little-endian bits. The energy limit and the presence of
+    /// layers and of effects are bits of one byte, so that genomes without them keep the bytes of
+    /// earlier versions.
     #[must_use]
     pub fn canonical_bytes(&self) -> Vec<u8> {
         let mut bytes = HEAD.to_vec();
@@ -121,8 +133,9 @@ impl Genome {
         bytes.push(dialect.registers);
         bytes.extend(dialect.length.to_le_bytes());
         let has_layers = !self.layers().is_empty();
-        // Bits 0 to 3 of one byte.
-        let switches = [dialect.isotropic, dialect.homogeneous, self.is_limited(), has_layers];
+        // Bits 0 to 4 of one byte.
+        let Dialect { isotropic, homogeneous, .. } = *dialect;
+        let switches = [isotropic, homogeneous, self.is_limited(), has_layers, self.is_painted()];
         bytes.push((0..).zip(switches).map(|(bit, on)| u8::from(on) << bit).sum());
         for instruction in self.instructions() {
             bytes.extend([instruction.opcode().number(), instruction.dst()]);
@@ -143,6 +156,10 @@ impl Genome {
                 model.parameter_values().iter().flat_map(|number| number.to_bits().to_le_bytes()),
             );
         }
+        if self.is_painted() {
+            bytes.push(u8::try_from(self.effects().len()).expect("there are few effects"));
+        }
+        self.effects().iter().for_each(|effect| write_effect(effect, &mut bytes));
         bytes
     }
 
@@ -153,7 +170,7 @@ impl Genome {
     pub fn from_canonical_bytes(bytes: &[u8]) -> Result<Self, BytesError> {
         let body = bytes.strip_prefix(HEAD).ok_or(BytesError::Head)?;
         let mut reader = Reader { total: bytes.len(), rest: body };
-        let (dialect, limited, has_layers) = reader.dialect()?;
+        let (dialect, [limited, has_layers, has_effects]) = reader.dialect()?;
         dialect.validate().map_err(GenomeError::from)?;
         let instructions = (0..usize::from(dialect.length))
             .map(|index| reader.instruction(index, &dialect))
@@ -168,12 +185,21 @@ impl Genome {
         }
         let [red, green, blue, scale, offset] = numbers;
         let layers = if has_layers { reader.layers()? } else { Vec::new() };
+        let effects = if has_effects { reader.effects()? } else { Vec::new() };
         if !reader.rest.is_empty() {
             return Err(BytesError::Length(reader.at()));
         }
         let output = Output::new([red, green, blue], scale, offset)?;
-        let genome = Self::layered(dialect, instructions, constants, output, layers)?;
-        Ok(genome.with_limit(limited))
+        if !has_effects {
+            let genome = Self::layered(dialect, instructions, constants, output, layers)?;
+            return Ok(genome.with_limit(limited));
+        }
+        if has_layers {
+            return Err(GenomeError::from(EffectsError::Layers).into());
+        }
+        let is_plain = !limited && output == Output::IDENTITY;
+        let genome = Self::painted(dialect, instructions, constants, effects)?;
+        if is_plain { Ok(genome) } else { Err(BytesError::Painted) }
     }
 
     /// Content hash.
@@ -213,8 +239,8 @@ impl Reader<'_> {
         Ok(f32::from_le_bytes(self.take()?))
     }
 
-    /// Reads the dialect, the energy limit, and whether there are layers.
-    fn dialect(&mut self) -> Result<(Dialect, bool, bool), BytesError> {
+    /// Reads the dialect, the energy limit, and whether there are layers and effects.
+    fn dialect(&mut self) -> Result<(Dialect, [bool; 3]), BytesError> {
         let opcodes = self.byte(|byte| match byte {
             0 => Some(OpcodeSet::Paper),
             1 => Some(OpcodeSet::Extended),
@@ -227,11 +253,11 @@ impl Reader<'_> {
         })?;
         let registers = self.byte(Some)?;
         let length = u16::from_le_bytes(self.take()?);
-        let [isotropic, homogeneous, limited, has_layers] =
-            self.byte(|byte| (byte < 16).then_some([1, 2, 4, 8].map(|bit| byte & bit != 0)))?;
+        let [isotropic, homogeneous, limited, has_layers, has_effects] =
+            self.byte(|byte| (byte < 32).then_some([1, 2, 4, 8, 16].map(|bit| byte & bit != 0)))?;
         let dialect =
             Dialect { opcodes, parametrisation, registers, length, isotropic, homogeneous };
-        Ok((dialect, limited, has_layers))
+        Ok((dialect, [limited, has_layers, has_effects]))
     }
 
     /// Reads the layers, at least one.
@@ -245,14 +271,48 @@ impl Reader<'_> {
     fn model(&mut self) -> Result<Model, BytesError> {
         let at = self.at();
         let kind = self.byte(ModelKind::from_number)?;
-        let values = (0..kind.parameters().iter().map(Parameter::count).sum())
-            .map(|_| self.take().map(f64::from_le_bytes))
-            .collect::<Result<Vec<_>, _>>()?;
-        let has_bits = |model: &Model| {
-            model.parameter_values().iter().zip(&values).all(|(a, b)| a.to_bits() == b.to_bits())
-        };
-        let model = Model::from_parameter_values(kind, &values).ok().filter(has_bits);
+        let values = self.numbers(kind.parameters())?;
+        let model = Model::from_parameter_values(kind, &values).ok();
+        let model = model.filter(|model| has_bits(model.parameter_values(), &values));
         model.ok_or(BytesError::Model { at })
+    }
+
+    /// Reads the effects, at least one.
+    fn effects(&mut self) -> Result<Vec<Effect>, BytesError> {
+        let is_count = |count: u8| (1..=EffectKind::ALL.len()).contains(&count.into());
+        let count = self.byte(|count| is_count(count).then_some(count))?;
+        (0..count).map(|_| self.effect()).collect()
+    }
+
+    /// Reads an effect, as [`write_effect`] writes it. Rejects a value that the effect would store
+    /// with other bits, so that each genome has one encoding.
+    fn effect(&mut self) -> Result<Effect, BytesError> {
+        let at = self.at();
+        let invalid = BytesError::Effect { at };
+        let kind = self.byte(EffectKind::from_number)?;
+        let palette = if kind.has_palette() { Some(self.palette(at)?) } else { None };
+        let values = self.numbers(kind.parameters())?;
+        let made = ParameterValues::from_values(kind.name(), kind.parameters(), &values);
+        let made = made.ok().and_then(|values| Effect::new(kind, values, palette).ok());
+        made.filter(|effect| has_bits(effect.values().values(), &values)).ok_or(invalid)
+    }
+
+    /// Reads the palette of the effect at an offset.
+    fn palette(&mut self, at: usize) -> Result<Palette, BytesError> {
+        let count = self.byte(|count| {
+            (PALETTE_MIN..=PALETTE_MAX).contains(&count.into()).then_some(usize::from(count))
+        })?;
+        let colors = (0..count).map(|_| self.take()).collect::<Result<Vec<_>, _>>()?;
+        let edges: Vec<f64> =
+            (1..count).map(|_| self.take().map(f64::from_le_bytes)).collect::<Result<_, _>>()?;
+        let palette = Palette::new(Some(colors), Some(edges.clone())).ok();
+        palette.filter(|made| has_bits(made.edges(), &edges)).ok_or(BytesError::Effect { at })
+    }
+
+    /// Reads the values of the parameters of a table as f64.
+    fn numbers(&mut self, table: &[Parameter]) -> Result<Vec<f64>, BytesError> {
+        let count: usize = table.iter().map(Parameter::count).sum();
+        (0..count).map(|_| self.take().map(f64::from_le_bytes)).collect()
     }
 
     fn instruction(&mut self, index: usize, dialect: &Dialect) -> Result<Instruction, BytesError> {
@@ -281,6 +341,24 @@ impl Reader<'_> {
         let negate = self.byte(|byte| (byte < 2).then_some(byte == 1))?;
         Ok(Operand { register, swizzle, negate })
     }
+}
+
+/// True if both have the same bits.
+fn has_bits(made: &[f64], read: &[f64]) -> bool {
+    made.iter().zip(read).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+/// Writes the number of an effect's kind, its palette if the kind has one (number of colours, their
+/// codes, the edges as f64), and its parameter values as f64.
+fn write_effect(effect: &Effect, bytes: &mut Vec<u8>) {
+    bytes.push(effect.kind().number());
+    let edges = effect.palette().map_or(&[][..], Palette::edges);
+    if let Some(palette) = effect.palette() {
+        bytes.push(u8::try_from(palette.colors().len()).expect("a palette has at most 8 colours"));
+        bytes.extend(palette.colors().as_flattened());
+    }
+    let numbers = edges.iter().chain(effect.values().values());
+    bytes.extend(numbers.flat_map(|number| number.to_bits().to_le_bytes()));
 }
 
 /// Register (bit 7 is set for a constant), swizzle, and 1 if the value is negated.

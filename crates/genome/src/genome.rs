@@ -1,6 +1,7 @@
-//! The genome: instructions, constants, dialect, layers of models and the output stage; valid by
-//! construction.
+//! The genome: instructions, constants, dialect, layers of models and the output stage, or effects;
+//! valid by construction.
 
+use crate::effect::{self, Effect, EffectsError};
 use crate::{
     CONSTANTS, Dialect, DialectError, Instruction, InstructionError, Model, Opcode, Operand,
     Output, RANGE, Register, Swizzle, WriteMask,
@@ -9,11 +10,13 @@ use crate::{
 /// Largest number of layers of a genome.
 pub const LAYERS_MAX: usize = 4;
 
-/// A BRDF as a fixed-length program, layers of models, or both.
+/// A BRDF as a fixed-length program, layers of models, or both; or a painted material as effects,
+/// with or without a program.
 ///
-/// f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the program:
-/// R0.xyz after the last instruction. A genome without a program has length 0 and at least one
-/// layer.
+/// A BRDF is f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the
+/// program: R0.xyz after the last instruction. A genome without a program has length 0, and at
+/// least one layer or effect. A genome with effects has no layers, the identity as output stage and
+/// no energy limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Genome {
     dialect: Dialect,
@@ -22,9 +25,10 @@ pub struct Genome {
     output: Output,
     limited: bool,
     layers: Vec<Model>,
+    effects: Vec<Effect>,
 }
 
-/// Error of [`Genome::layered`].
+/// Error of [`Genome::layered`] and [`Genome::painted`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum GenomeError {
     /// The dialect is not valid.
@@ -38,9 +42,12 @@ pub enum GenomeError {
         /// Number of instructions that were given.
         given: usize,
     },
-    /// There is neither an instruction nor a model.
-    #[error("a genome must have at least one instruction or one model")]
+    /// There is neither an instruction nor a model nor an effect.
+    #[error("a genome must have at least one instruction, one model or one effect")]
     Empty,
+    /// The effects do not belong together.
+    #[error(transparent)]
+    Effects(#[from] EffectsError),
     /// Too many models.
     #[error("a genome can have at most {LAYERS_MAX} models, got {0}")]
     Layers(usize),
@@ -97,6 +104,44 @@ impl Genome {
         output: Output,
         layers: Vec<Model>,
     ) -> Result<Self, GenomeError> {
+        if instructions.is_empty() && layers.is_empty() && dialect.length == 0 {
+            return Err(GenomeError::Empty);
+        }
+        let limited = false;
+        let effects = Vec::new();
+        Self { dialect, instructions, constants, output, limited, layers, effects }.checked()
+    }
+
+    /// Creates a painted genome and checks all its parts. It may have a program or not.
+    ///
+    /// # Errors
+    /// Returns [`GenomeError`] with the first part that is not valid.
+    pub fn painted(
+        dialect: Dialect,
+        instructions: Vec<Instruction>,
+        constants: Box<[[f32; 4]; CONSTANTS]>,
+        effects: Vec<Effect>,
+    ) -> Result<Self, GenomeError> {
+        if effects.is_empty() {
+            return Err(GenomeError::Empty);
+        }
+        effect::check(&effects)?;
+        let (output, limited, layers) = (Output::IDENTITY, false, Vec::new());
+        Self { dialect, instructions, constants, output, limited, layers, effects }.checked()
+    }
+
+    /// Creates a painted genome without a program.
+    ///
+    /// # Errors
+    /// Returns [`GenomeError`] if there is no effect, or the effects do not belong together.
+    pub fn of_effects(effects: Vec<Effect>) -> Result<Self, GenomeError> {
+        let dialect = Dialect { length: 0, ..Dialect::default() };
+        Self::painted(dialect, Vec::new(), Box::new([[0.0; 4]; CONSTANTS]), effects)
+    }
+
+    /// Returns the genome if its dialect, layers, instructions and constants are valid.
+    fn checked(self) -> Result<Self, GenomeError> {
+        let Self { dialect, instructions, constants, layers, .. } = &self;
         dialect.validate()?;
         if layers.len() > LAYERS_MAX {
             return Err(GenomeError::Layers(layers.len()));
@@ -105,13 +150,10 @@ impl Genome {
             let given = instructions.len();
             return Err(GenomeError::Length { expected: dialect.length, given });
         }
-        if instructions.is_empty() && layers.is_empty() {
-            return Err(GenomeError::Empty);
-        }
         for (index, instruction) in instructions.iter().enumerate() {
             let operands: Vec<_> = instruction.operands().collect();
             let (opcode, dst) = (instruction.opcode(), instruction.dst());
-            Instruction::new(opcode, dst, instruction.write_mask(), &operands, &dialect)
+            Instruction::new(opcode, dst, instruction.write_mask(), &operands, dialect)
                 .map_err(|error| GenomeError::Instruction { index, error })?;
         }
         for (index, constant) in constants.iter().enumerate() {
@@ -119,7 +161,7 @@ impl Genome {
                 return Err(GenomeError::Constant { index, value: *value });
             }
         }
-        Ok(Self { dialect, instructions, constants, output, limited: false, layers })
+        Ok(self)
     }
 
     /// Dialect: the opcodes, inputs, registers and length of the genome.
@@ -141,6 +183,21 @@ impl Genome {
     #[must_use]
     pub fn layers(&self) -> &[Model] {
         &self.layers
+    }
+
+    /// Effects of a painted genome in the order of painting; the first is a light effect. Empty for
+    /// a BRDF.
+    #[inline]
+    #[must_use]
+    pub fn effects(&self) -> &[Effect] {
+        &self.effects
+    }
+
+    /// True if the genome is a painted material: it has effects.
+    #[inline]
+    #[must_use]
+    pub fn is_painted(&self) -> bool {
+        !self.effects.is_empty()
     }
 
     /// Constants C0 to C127.
@@ -183,15 +240,13 @@ impl Genome {
             .map_err(|error| GenomeError::Instruction { index: 0, error })?;
         let idle = std::iter::repeat_n(idle, missing);
         let instructions = idle.chain(self.instructions).collect();
-        let Self { constants, output, limited, layers, .. } = self;
-        let padded = Self::layered(dialect, instructions, constants, output, layers)?;
-        Ok(padded.with_limit(limited))
+        Self { dialect, instructions, ..self }.checked()
     }
 
-    /// Returns the genome with another output stage.
+    /// Returns the genome with another output stage. A painted genome stays as it is.
     #[must_use]
     pub fn with_output(self, output: Output) -> Self {
-        Self { output, ..self }
+        if self.is_painted() { self } else { Self { output, ..self } }
     }
 
     /// Returns the genome with other constants.
@@ -205,9 +260,9 @@ impl Genome {
         Self { constants, ..self }
     }
 
-    /// Returns the genome with the energy limit on or off.
+    /// Returns the genome with the energy limit on or off. A painted genome stays as it is.
     #[must_use]
     pub fn with_limit(self, limited: bool) -> Self {
-        Self { limited, ..self }
+        if self.is_painted() { self } else { Self { limited, ..self } }
     }
 }

@@ -1,8 +1,14 @@
 //! JSON form of a genome: the words of the text form in a structure that scripts can edit.
 
+mod effect;
+mod pointer;
+
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
+
+use effect::EffectJson;
+use pointer::{escaped, pointer};
 
 use crate::text::{parse_destination, parse_operand};
 use crate::{
@@ -42,6 +48,8 @@ struct GenomeJson {
     instructions: Vec<InstructionJson>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     layers: Vec<LayerJson>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    effects: Vec<EffectJson>,
 }
 
 /// A model and its parameters. Parameters that are missing have their defaults.
@@ -90,6 +98,7 @@ impl Genome {
             constants: given.map(|(index, constant)| (format!("C{index}"), *constant)).collect(),
             instructions: self.instructions().iter().map(instruction_json).collect(),
             layers: self.layers().iter().map(layer_json).collect(),
+            effects: self.effects().iter().map(EffectJson::of).collect(),
         };
         serde_json::to_value(json).expect("a genome holds finite numbers and strings only")
     }
@@ -133,6 +142,13 @@ impl Genome {
                 .map_err(|(at, reason)| error(format!("/layers/{index}{at}"), reason))?;
             layers.push(parsed);
         }
+        if !json.effects.is_empty() {
+            check_unpainted(&json)?;
+            let effects = effect::parse_all(&json.effects)
+                .map_err(|(at, reason)| error(format!("/effects{at}"), reason))?;
+            return Self::painted(json.dialect, instructions, constants, effects)
+                .map_err(|e| error(String::new(), e.to_string()));
+        }
         let identity = Output::IDENTITY;
         let output = Output::new(
             json.matrix.unwrap_or(*identity.matrix()),
@@ -143,6 +159,24 @@ impl Genome {
         Self::layered(json.dialect, instructions, constants, output, layers)
             .map(|genome| genome.with_limit(json.limit))
             .map_err(|e| error(String::new(), e.to_string()))
+    }
+}
+
+/// Rejects parts that a painted genome cannot have.
+fn check_unpainted(json: &GenomeJson) -> Result<(), JsonError> {
+    let parts = [
+        ("layers", !json.layers.is_empty()),
+        ("limit", json.limit),
+        ("matrix", json.matrix.is_some()),
+        ("scale", json.scale.is_some()),
+        ("offset", json.offset.is_some()),
+    ];
+    match parts.into_iter().find(|(_, is_given)| *is_given) {
+        Some((name, _)) => {
+            let reason = format!("a genome with effects has no {name}");
+            Err(JsonError { pointer: format!("/{name}"), reason })
+        }
+        None => Ok(()),
     }
 }
 
@@ -176,10 +210,7 @@ fn parse_layer(json: &LayerJson) -> Result<Model, (String, String)> {
             ValueJson::Color(values) => model.with(name, values),
             ValueJson::Word(word) => model.choose(name, word),
         };
-        set.map_err(|error| {
-            let name = name.replace('~', "~0").replace('/', "~1");
-            (format!("/parameters/{name}"), error.to_string())
-        })
+        set.map_err(|error| (format!("/parameters/{}", escaped(name)), error.to_string()))
     })
 }
 
@@ -205,17 +236,6 @@ fn serde_path(value: serde_json::Value) -> Result<GenomeJson, (String, String)> 
     check_numbers(&value)?;
     serde_path_to_error::deserialize(value)
         .map_err(|error| (pointer(error.path()), error.inner().to_string()))
-}
-
-fn pointer(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
-    let segment = |segment: &Segment| match segment {
-        Segment::Seq { index } => format!("/{index}"),
-        Segment::Map { key } => format!("/{}", key.replace('~', "~0").replace('/', "~1")),
-        Segment::Enum { variant } => format!("/{variant}"),
-        Segment::Unknown => String::new(),
-    };
-    path.iter().map(segment).collect()
 }
 
 /// Checks the constants before deserialisation, because f32 fields would read 1e39 as infinity and

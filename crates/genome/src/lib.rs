@@ -2,8 +2,8 @@
 //! as layers.
 //!
 //! - [`Genome`] is valid by construction; it has [`Instruction`]s, constants, a [`Dialect`], an
-//!   [`Output`] stage and layers of [`Model`]s. It has a text form, a JSON form and canonical
-//!   bytes, whose hash is its [`GenomeHash`].
+//!   [`Output`] stage and layers of [`Model`]s, or [`Effect`]s. It has a text form, a JSON form and
+//!   canonical bytes, whose hash is its [`GenomeHash`].
 //! - [`expand`] defines every opcode by scalar operations, [`Arithmetic`] every scalar operation,
 //!   for the canonical f32 bits and for the f64 reference; [`interpret`] runs a genome with both.
 //! - [`Variation`] has the genetic operators. Their randomness is a counter-based [`Stream`] for
@@ -28,6 +28,7 @@ mod arithmetic;
 pub mod believable;
 mod bytes;
 mod dialect;
+mod effect;
 mod expand;
 mod functions;
 mod genome;
@@ -52,6 +53,10 @@ pub use arithmetic::{Arithmetic, Function};
 pub use brood_brdf::named_enum;
 pub use bytes::{BytesError, GenomeHash, HashError};
 pub use dialect::{Dialect, DialectConstraints, DialectError, InitialValue, OpcodeSet};
+pub use effect::{
+    Basis, Effect, EffectError, EffectKind, EffectsError, PALETTE_MAX, PALETTE_MIN, Palette,
+    PaletteError,
+};
 pub use expand::{ScalarMachine, expand};
 pub use functions::Functions;
 pub use genome::{Genome, GenomeError, LAYERS_MAX};
@@ -71,5 +76,6 @@ pub use text::TextError;
 pub use variation::{MutationScale, Variation};
 
 pub use brood_brdf::{
-    Input, InputMask, Model, ModelKind, Parameter, ParameterKind, ParameterScale, Parametrisation,
+    Input, InputMask, LightInput, Model, ModelKind, Parameter, ParameterKind, ParameterScale,
+    ParameterValues, Parametrisation,
 };

@@ -2,6 +2,7 @@
 //! an annotated example.
 
 mod cursor;
+mod effect;
 mod parse;
 mod write;
 

@@ -120,5 +120,8 @@ fn errors_carry_line_and_column() {
         assert_eq!(text.parse::<Genome>().unwrap_err().to_string(), error, "{line}");
     }
     let none = head.parse::<Genome>().unwrap_err();
-    assert_eq!(none.reason, "a genome must have at least one instruction or one `.model`");
+    assert_eq!(
+        none.reason,
+        "a genome must have at least one instruction, one `.model` or one `.effect`"
+    );
 }

@@ -264,7 +264,11 @@ impl<'a> Variation<'a> {
             draft.dialect.homogeneous = homogeneous;
         }
         draft.output = self.output.unwrap_or(draft.output);
-        let Draft { dialect, instructions, constants, output, limited, layers } = draft;
+        let Draft { dialect, instructions, constants, output, limited, layers, effects } = draft;
+        if !effects.is_empty() {
+            return Genome::painted(dialect, instructions, constants, effects)
+                .expect("operators keep to the rules of effects");
+        }
         Genome::layered(dialect, instructions, constants, output, layers)
             .expect("operators keep to the dialect")
             .with_limit(self.limited.unwrap_or(limited))

@@ -17,6 +17,11 @@ fn limit(x: V) -> V {
     return limit_to(x, -RANGE, RANGE);
 }
 
+// 1 where x >= 0, else 0.
+fn is_positive(x: V) -> V {
+    return select(V(0.0), V(1.0), x >= V(0.0));
+}
+
 fn product(a: V, b: V) -> V {
     return hold(a * b);
 }

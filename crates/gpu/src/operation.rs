@@ -18,6 +18,10 @@ pub(crate) fn call(operation: Operation, a: &str, b: &str) -> String {
         Operation::Rsq => format!("rsq({a})"),
         Operation::Spl => format!("spl({a})"),
         Operation::SplNeg => format!("spl(-{a})"),
+        Operation::Saturate => format!("limit_to({a}, 0.0, 1.0)"),
+        Operation::SaturateNeg => format!("limit_to(-{a}, 0.0, 1.0)"),
+        Operation::Step => format!("is_positive({a})"),
+        Operation::StepNeg => format!("is_positive(-{a})"),
     }
 }
 
@@ -26,6 +30,7 @@ pub(crate) fn call(operation: Operation, a: &str, b: &str) -> String {
 pub(crate) fn cost(operation: Operation) -> u64 {
     match operation {
         Operation::Add | Operation::Sub | Operation::Mul => 1,
+        Operation::Saturate | Operation::SaturateNeg | Operation::Step | Operation::StepNeg => 1,
         Operation::Sin | Operation::Cos | Operation::Ex2 | Operation::Ex2Neg => 2,
         Operation::Lg2 | Operation::Rcp | Operation::Rsq => 2,
         Operation::Spl | Operation::SplNeg => 3,

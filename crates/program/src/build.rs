@@ -3,7 +3,8 @@
 //!
 //! Negation commutes with every rounding and clamp of the machine, so a sign is carried on the
 //! reference to a node and ends up in the choice between sum and difference. The sign of a zero may
-//! change on the way; no operation turns that into any other difference, and results are squared.
+//! change on the way; no operation turns that into any other difference, and results are squared or
+//! saturated.
 
 use brood_genome::{Arithmetic, Function, Input, RANGE, ScalarMachine};
 
@@ -150,6 +151,28 @@ impl Builder {
         }
     }
 
+    /// Returns the node of an operation of a program; a unary operation ignores `b`.
+    pub(crate) fn apply(&mut self, operation: Operation, a: Reference, b: Reference) -> Reference {
+        match operation {
+            Operation::Add => self.add(a, b),
+            Operation::Sub => self.add(a, b.signed(true)),
+            Operation::Mul => self.mul(a, b),
+            Operation::Sin => self.function(Function::Sin, a),
+            Operation::Cos => self.function(Function::Cos, a),
+            Operation::Ex2 => self.function(Function::Ex2, a),
+            Operation::Ex2Neg => self.function(Function::Ex2, a.signed(true)),
+            Operation::Lg2 => self.function(Function::Lg2, a),
+            Operation::Rcp => self.function(Function::Rcp, a),
+            Operation::Rsq => self.function(Function::Rsq, a),
+            Operation::Spl => self.function(Function::Spl, a),
+            Operation::SplNeg => self.function(Function::Spl, a.signed(true)),
+            Operation::Saturate => self.function(Function::Saturate, a),
+            Operation::SaturateNeg => self.function(Function::Saturate, a.signed(true)),
+            Operation::Step => self.function(Function::Step, a),
+            Operation::StepNeg => self.function(Function::Step, a.signed(true)),
+        }
+    }
+
     /// Returns the place in the genome of the parameter with this index.
     pub(crate) fn place_of(&self, index: u32) -> Option<u32> {
         self.places.iter().find(|(known, _)| *known == index).map(|(_, place)| *place)
@@ -198,7 +221,7 @@ impl Builder {
     }
 
     /// Returns a constant node of non-negative canonical value, with the sign on the reference.
-    fn folded(&mut self, canonical: f32, reference: f64) -> Reference {
+    pub(crate) fn folded(&mut self, canonical: f32, reference: f64) -> Reference {
         debug_assert!(canonical.abs() <= RANGE && reference.abs() <= f64::from(RANGE));
         let negate = canonical < 0.0;
         let canonical = canonical.abs();

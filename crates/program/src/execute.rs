@@ -5,7 +5,8 @@ use brood_genome::{Arithmetic, Input};
 
 use crate::{Constant, Operand, Program};
 
-/// Runs a program for one sample and returns the reflectance of the three channels, without layers.
+/// Runs a program for one sample and returns the reflectance of the three channels, without layers;
+/// or the colour, if the results are colours.
 ///
 /// # Shapes
 /// `inputs` returns the value of an input, `constant` the value of a constant in this arithmetic;
@@ -39,6 +40,10 @@ pub fn execute_layered<T: Arithmetic>(
         let (a, b) = (read(&values, step.a), read(&values, step.b));
         values.push(step.operation.apply(a, b));
     }
-    let squares = program.results().map(|operand| read(&values, operand).square());
+    let results = program.results().map(|operand| read(&values, operand));
+    if program.is_color() {
+        return results;
+    }
+    let squares = results.map(Arithmetic::square);
     program.output().apply(layers(squares))
 }

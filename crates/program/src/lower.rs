@@ -4,10 +4,10 @@
 
 use std::cell::RefCell;
 
-use brood_genome::{Genome, Liveness, Model, expand};
+use brood_genome::{Genome, Liveness, Model, Output, expand};
 
 use crate::build::{Builder, Node, Reference};
-use crate::{Constant, Operand, Program, Step};
+use crate::{Constant, Meaning, Operand, Program, Step};
 
 /// Buffers of lowering, reused for the next genome because allocating them takes as long as
 /// lowering itself.
@@ -28,6 +28,7 @@ thread_local! {
 impl Program {
     /// Lowers a genome to its live scalar code, bit-equal to it in canonical f32 and in the f64
     /// reference. Under an isotropic dialect each layer is replaced by [`Model::isotropic`] of it.
+    /// A painted genome becomes a [`Meaning::Style`].
     #[must_use]
     pub fn lower(genome: &Genome) -> Self {
         SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
@@ -36,6 +37,14 @@ impl Program {
             let results = expand(genome, liveness, builder);
             collected.collect(builder, results, genome)
         })
+    }
+}
+
+/// Returns the meaning of the results of a genome.
+fn meaning(genome: &Genome) -> Meaning {
+    match genome.is_painted() {
+        true => Meaning::Style(genome.effects().to_vec()),
+        false => Meaning::Reflectance,
     }
 }
 
@@ -53,12 +62,28 @@ pub(crate) struct Collected {
 }
 
 impl Collected {
-    /// Returns the program of these results, with output stage and layers of the genome.
+    /// Returns the program of these results, with output stage and layers or effects of the genome.
     pub(crate) fn collect(
         &mut self,
         builder: &Builder,
         results: [Reference; 3],
         genome: &Genome,
+    ) -> Program {
+        let is_isotropic = genome.dialect().isotropic;
+        let layer = |model: &Model| if is_isotropic { model.isotropic() } else { model.clone() };
+        Program {
+            output: *genome.output(),
+            layers: genome.layers().iter().map(layer).collect(),
+            ..self.code(builder, results, meaning(genome))
+        }
+    }
+
+    /// Returns the program of these results, without layers and output stage.
+    pub(crate) fn code(
+        &mut self,
+        builder: &Builder,
+        results: [Reference; 3],
+        meaning: Meaning,
     ) -> Program {
         self.operands.clear();
         self.operands.resize(builder.len(), None);
@@ -67,14 +92,13 @@ impl Collected {
         self.constants.clear();
         self.sources.clear();
         let results = results.map(|result| self.visit(builder, result.node()));
-        let is_isotropic = genome.dialect().isotropic;
-        let layer = |model: &Model| if is_isotropic { model.isotropic() } else { model.clone() };
         Program {
             steps: self.steps.clone(),
             constants: self.constants.clone(),
             results,
-            output: *genome.output(),
-            layers: genome.layers().iter().map(layer).collect(),
+            output: Output::IDENTITY,
+            layers: Vec::new(),
+            meaning,
         }
     }
 

@@ -227,3 +227,58 @@ fn padded_genome_lowers_to_the_same_program() {
         assert!(long.padded(20).is_err());
     }
 }
+
+fn painted(text: &str, lights: usize) -> Program {
+    let genome: Genome = format!("brood 1\n{text}\n").parse().unwrap();
+    Program::lower(&genome).painted(brood_brdf::Lighting { lights, has_shadows: true })
+}
+
+#[test]
+fn effects_without_strength_fold_away() {
+    let plain = painted(".effect light", 2);
+    let off = ".effect light\n.effect silhouette\nstrength 0\n.effect highlight\nstrength 0\n\
+               .effect distance\nstrength 0";
+    assert_eq!(painted(off, 2), plain);
+    let dark = painted(".effect light\nstrength 0", 2);
+    assert!(dark.inputs().is_empty() && dark.steps().is_empty(), "{dark:?}");
+    let unbrushed = ".effect light\n.dialect paper smooth registers 7\nADD R0, R1, R2";
+    assert_eq!(painted(unbrushed, 2), plain);
+    assert_ne!(painted(&unbrushed.replace("light", "light\nbrush 0.5"), 2), plain);
+}
+
+#[test]
+fn styles_read_only_the_lights_of_the_scene() {
+    for lights in 0..=Input::LIGHTS {
+        let program = painted(".effect light\n.effect highlight", lights);
+        let read = program.inputs();
+        for light in 0..Input::LIGHTS {
+            let cosine = Input::of_light(light, brood_brdf::LightInput::Cos);
+            assert_eq!(read.contains(cosine), light < lights);
+        }
+        assert!(program.is_color() && program.is_painted());
+    }
+}
+
+#[test]
+fn words_of_styles_and_colours_round_trip() {
+    let text = "brood 1\n.effect light\npalette #000000 #808080 #ffffff\nbrush 0.3\n\
+                .effect distance\n.dialect paper smooth registers 7\nADD R0, R1, R2\n";
+    let style = Program::lower(&text.parse::<Genome>().unwrap());
+    let color = style.painted(brood_brdf::Lighting { lights: 1, has_shadows: false });
+    assert_ne!(style.hash(), color.hash());
+    for program in [style, color] {
+        let words = program.to_words();
+        assert_eq!(Program::from_words(&words).unwrap(), program);
+        for end in 0..words.len() {
+            assert!(Program::from_words(&words[..end]).is_err(), "{end}");
+        }
+        for at in 0..words.len() {
+            let mut broken = words.clone();
+            broken[at] ^= 1 << (at % 32);
+            // Either an error, or words of another valid program.
+            if let Ok(other) = Program::from_words(&broken) {
+                assert_eq!(Program::from_words(&other.to_words()), Ok(other));
+            }
+        }
+    }
+}

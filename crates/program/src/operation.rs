@@ -32,6 +32,14 @@ brood_brdf::named_enum! {
         Spl => "spl",
         /// log2(1 + 2^-a).
         SplNeg => "spl_neg",
+        /// a clamped to [0, 1].
+        Saturate => "sat",
+        /// -a clamped to [0, 1].
+        SaturateNeg => "sat_neg",
+        /// 1 where a >= 0, else 0.
+        Step => "step",
+        /// 1 where -a >= 0, else 0.
+        StepNeg => "step_neg",
     }
 }
 
@@ -51,6 +59,10 @@ impl Operation {
             (Function::Rsq, _) => (Self::Rsq, false),
             (Function::Spl, false) => (Self::Spl, false),
             (Function::Spl, true) => (Self::SplNeg, false),
+            (Function::Saturate, false) => (Self::Saturate, false),
+            (Function::Saturate, true) => (Self::SaturateNeg, false),
+            (Function::Step, false) => (Self::Step, false),
+            (Function::Step, true) => (Self::StepNeg, false),
         }
     }
 
@@ -64,6 +76,7 @@ impl Operation {
             Self::Mul => Some(Binary::Mul),
             Self::Sin | Self::Cos | Self::Ex2 | Self::Ex2Neg => None,
             Self::Lg2 | Self::Rcp | Self::Rsq | Self::Spl | Self::SplNeg => None,
+            Self::Saturate | Self::SaturateNeg | Self::Step | Self::StepNeg => None,
         }
     }
 
@@ -89,6 +102,10 @@ impl Operation {
             Self::Rsq => a.rsq(),
             Self::Spl => a.spl(),
             Self::SplNeg => a.neg().spl(),
+            Self::Saturate => a.saturate(),
+            Self::SaturateNeg => a.neg().saturate(),
+            Self::Step => a.step(),
+            Self::StepNeg => a.neg().step(),
         }
     }
 }
@@ -110,7 +127,8 @@ pub enum Binary {
 macro_rules! for_known {
     ($operation:expr, $known:ident => $do:expr) => {
         for_known!(@arms $operation, $known => $do;
-            Add Sub Mul Sin Cos Ex2 Ex2Neg Lg2 Rcp Rsq Spl SplNeg)
+            Add Sub Mul Sin Cos Ex2 Ex2Neg Lg2 Rcp Rsq Spl SplNeg
+            Saturate SaturateNeg Step StepNeg)
     };
     (@arms $operation:expr, $known:ident => $do:expr; $($name:ident)*) => {
         match $operation {
@@ -139,7 +157,7 @@ mod tests {
     #[test]
     fn functions_of_negative_values_are_operations_on_the_positive() {
         type Case = (Function, fn(f64) -> f64);
-        let cases: [Case; 7] = [
+        let cases: [Case; 9] = [
             (Function::Sin, |x| x.sine()),
             (Function::Cos, |x| x.cosine()),
             (Function::Ex2, |x| x.ex2()),
@@ -147,6 +165,8 @@ mod tests {
             (Function::Rcp, |x| x.rcp()),
             (Function::Rsq, |x| x.rsq()),
             (Function::Spl, |x| x.spl()),
+            (Function::Saturate, |x| x.saturate()),
+            (Function::Step, |x| x.step()),
         ];
         for (function, expected) in cases {
             for is_negative in [false, true] {

@@ -1,7 +1,7 @@
-//! The program: scalar operations in single-assignment form, in a canonical order, and the layers
-//! over them.
+//! The program: scalar operations in single-assignment form, in a canonical order, and what their
+//! results stand for.
 
-use brood_genome::{Input, InputMask, Model, Output};
+use brood_genome::{Effect, Input, InputMask, Model, Output};
 
 use crate::Operation;
 
@@ -43,13 +43,26 @@ pub struct Step {
     pub b: Operand,
 }
 
+/// Meaning of the results of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Meaning {
+    /// g of a BRDF: f is g^2 plus the reflectance of the layers, through the output stage.
+    Reflectance,
+    /// Effects of a painted material. The results are those of its program, which shifts the amount
+    /// of light; all 0 without one. A style is lowered for a number of lights before it is
+    /// evaluated: see [`Program::painted`].
+    Style(Vec<Effect>),
+    /// Colours of a display, within [0, 1].
+    Color,
+}
+
 /// Live scalar code: steps that read only earlier steps, three results, layers of models, and the
 /// output stage.
 ///
 /// # Invariants
 /// Every step is reachable from a result. Steps are in post-order from the red, the green and the
 /// blue result, so equal programs have equal words whatever genome they came from. Results are g up
-/// to sign: f is g^2 plus the reflectance of the layers, through the output stage.
+/// to sign, or colours. Only BRDFs have layers and an output stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     pub(crate) steps: Vec<Step>,
@@ -57,6 +70,7 @@ pub struct Program {
     pub(crate) results: [Operand; 3],
     pub(crate) output: Output,
     pub(crate) layers: Vec<Model>,
+    pub(crate) meaning: Meaning,
 }
 
 impl Program {
@@ -72,7 +86,7 @@ impl Program {
         &self.constants
     }
 
-    /// Returns the operands that hold g of red, green and blue, up to sign.
+    /// Returns the operands that hold g of red, green and blue up to sign, or colours.
     #[must_use]
     pub fn results(&self) -> &[Operand; 3] {
         &self.results
@@ -88,6 +102,25 @@ impl Program {
     #[must_use]
     pub fn layers(&self) -> &[Model] {
         &self.layers
+    }
+
+    /// Returns the meaning of the results.
+    #[must_use]
+    pub fn meaning(&self) -> &Meaning {
+        &self.meaning
+    }
+
+    /// True if the program is of a painted material, not of a BRDF.
+    #[must_use]
+    pub fn is_painted(&self) -> bool {
+        self.meaning != Meaning::Reflectance
+    }
+
+    /// True if the results are colours of a display.
+    #[must_use]
+    #[inline]
+    pub fn is_color(&self) -> bool {
+        matches!(self.meaning, Meaning::Color)
     }
 
     /// Returns the same code without layers and output stage: g^2 alone.
@@ -126,9 +159,12 @@ impl Program {
     }
 
     /// Returns the program whose reflectance is this program's divided by `divisor`; see
-    /// [`Output::divided`].
+    /// [`Output::divided`]. A painted program stays as it is.
     #[must_use]
     pub fn divided(self, divisor: f64) -> Self {
+        if self.is_painted() {
+            return self;
+        }
         Self { output: self.output.divided(divisor), ..self }
     }
 

@@ -139,8 +139,22 @@ impl StepRange {
                 clamps: true,
                 clamps_argument: true,
             },
+            Operation::Saturate => saturated(a),
+            Operation::SaturateNeg => saturated(a.negated()),
+            Operation::Step | Operation::StepNeg => Self {
+                result: Range { low: 0.0, high: 1.0 },
+                clamps: false,
+                clamps_argument: false,
+            },
         }
     }
+}
+
+/// Range of a saturated value. Its clamp is the operation itself, and is never left out.
+#[inline(always)]
+fn saturated(argument: Range) -> StepRange {
+    let result = Range { low: argument.low.saturate(), high: argument.high.saturate() };
+    StepRange { result, clamps: false, clamps_argument: false }
 }
 
 /// Range of a sum, difference or product, given its range before the clamp.

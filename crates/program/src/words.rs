@@ -8,13 +8,24 @@
 //! Programs with layers have a version of their own, so that the words and hashes of all others do
 //! not depend on layers. The number of layers follows the steps, then for each layer the number of
 //! its kind and two words (low, high half) for each of its parameter values.
+//!
+//! Styles and programs of colours have versions of their own, too. The effects of a style follow
+//! the steps, see `style.rs`.
+
+mod part;
+mod style;
 
 use brood_genome::{Input, LAYERS_MAX, Model, ModelKind, Output, Parameter, RANGE};
 
-use crate::{Constant, Operand, Operation, Program, Step};
+pub use part::WordsError;
+use part::{halves, joined, length};
+
+use crate::{Constant, Meaning, Operand, Operation, Program, Step};
 
 const VERSION: u32 = 0x4252_4401;
 const LAYERED_VERSION: u32 = 0x4252_4402;
+const STYLE_VERSION: u32 = 0x4252_4403;
+const COLOR_VERSION: u32 = 0x4252_4404;
 /// Number of words before the output stage.
 const HEADER: usize = 6;
 /// Number of words of the output stage: matrix, scale and offset.
@@ -27,34 +38,16 @@ const INPUT_KIND: u32 = 1;
 const CONSTANT_KIND: u32 = 2;
 const INDEX_BITS: u32 = 22;
 
-/// Error of words that do not encode a program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum WordsError {
-    /// The version is unknown.
-    #[error("the packed words have an unknown version")]
-    Version,
-    /// The length differs from that of the counts.
-    #[error("the length of the packed words differs from that of their counts")]
-    Length,
-    /// An operand refers to nothing, or to a later step.
-    #[error("the operand at word {0} refers to no input, constant or earlier step")]
-    Operand(usize),
-    /// The operation does not exist.
-    #[error("word {0} is not the number of an operation")]
-    Operation(usize),
-    /// A constant or a number of the output stage is out of range.
-    #[error("the number at word {0} is outside of the range of the machine")]
-    Number(usize),
-    /// The kind of model does not exist, or one of its numbers is invalid.
-    #[error("the words from {0} on do not encode a model")]
-    Model(usize),
-}
-
 impl Program {
     /// Returns the packed words.
     #[must_use]
     pub fn to_words(&self) -> Vec<u32> {
-        let version = if self.layers.is_empty() { VERSION } else { LAYERED_VERSION };
+        let version = match &self.meaning {
+            Meaning::Reflectance if self.layers.is_empty() => VERSION,
+            Meaning::Reflectance => LAYERED_VERSION,
+            Meaning::Style(_) => STYLE_VERSION,
+            Meaning::Color => COLOR_VERSION,
+        };
         let mut words = vec![version, length(self.constants.len()), length(self.steps.len())];
         words.extend(self.results.map(operand_word));
         let output = &self.output;
@@ -75,6 +68,9 @@ impl Program {
             words.push(u32::from(model.kind().number()));
             words.extend(model.parameter_values().iter().copied().flat_map(halves));
         }
+        if let Meaning::Style(effects) = &self.meaning {
+            style::write(effects, &mut words);
+        }
         words
     }
 
@@ -84,16 +80,20 @@ impl Program {
     /// Returns a [`WordsError`] with the index of the first invalid word.
     pub fn from_words(words: &[u32]) -> Result<Self, WordsError> {
         let header = words.get(..HEADER).ok_or(WordsError::Length)?;
-        let has_layers = match header[0] {
-            VERSION => false,
-            LAYERED_VERSION => true,
+        let (has_layers, is_style) = match header[0] {
+            VERSION | COLOR_VERSION => (false, false),
+            LAYERED_VERSION => (true, false),
+            STYLE_VERSION => (false, true),
             _ => return Err(WordsError::Version),
         };
         let (constants, steps) = (header[1] as usize, header[2] as usize);
         let first_constant = HEADER + OUTPUT;
         let first_step = first_constant + 3 * constants.min(MOST);
         let first_layer = first_step + 2 * steps.min(MOST);
-        let ends = if has_layers { words.len() > first_layer } else { words.len() == first_layer };
+        let ends = match has_layers || is_style {
+            true => words.len() > first_layer,
+            false => words.len() == first_layer,
+        };
         if !ends || constants.max(steps) > MOST {
             return Err(WordsError::Length);
         }
@@ -104,6 +104,11 @@ impl Program {
             results: [Operand::Constant(0); 3],
             output: reader.output()?,
             layers: if has_layers { reader.layers(first_layer)? } else { Vec::new() },
+            meaning: match header[0] {
+                STYLE_VERSION => Meaning::Style(style::read(words, first_layer)?),
+                COLOR_VERSION => Meaning::Color,
+                _ => Meaning::Reflectance,
+            },
         };
         for index in 0..constants {
             program.constants.push(reader.constant(first_constant + 3 * index)?);
@@ -118,27 +123,12 @@ impl Program {
     }
 }
 
-fn length(length: usize) -> u32 {
-    u32::try_from(length).expect("a program has fewer than 65536 steps")
-}
-
-/// Returns the low and the high half of the bits of a number.
-fn halves(number: f64) -> [u32; 2] {
-    let bits = number.to_bits();
-    [bits & u64::from(u32::MAX), bits >> 32]
-        .map(|half| u32::try_from(half).expect("half of 64 bits"))
-}
-
 fn operand_word(operand: Operand) -> u32 {
     match operand {
         Operand::Step(index) => STEP_KIND << INDEX_BITS | u32::from(index),
         Operand::Input(input) => INPUT_KIND << INDEX_BITS | length(input.index()),
         Operand::Constant(index) => CONSTANT_KIND << INDEX_BITS | u32::from(index),
     }
-}
-
-fn joined(low: u32, high: u32) -> f64 {
-    f64::from_bits(u64::from(low) | u64::from(high) << 32)
 }
 
 struct Reader<'a> {
@@ -297,6 +287,6 @@ mod tests {
         let unknown = length(Operation::ALL.len()) << 24;
         assert_eq!(words(constant, unknown, 0.0, 0.0), Err(WordsError::Operation(step)));
         let last = length(Operation::ALL.len() - 1) << 24;
-        assert_eq!(words(constant, last, 0.0, 0.0).unwrap().operation, Operation::SplNeg);
+        assert_eq!(words(constant, last, 0.0, 0.0).unwrap().operation, Operation::StepNeg);
     }
 }

@@ -12,6 +12,10 @@ mod layout;
 #[cfg(test)]
 mod light_tests;
 mod lit_angles;
+mod paint;
+mod paint_point;
+#[cfg(test)]
+mod paint_tests;
 mod pick;
 mod point;
 mod quadrature;

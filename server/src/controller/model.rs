@@ -67,7 +67,9 @@ impl From<&Parameter> for ParameterAnswer {
             unit: of.unit,
             kind: match of.kind {
                 ParameterKind::Scalar { .. } => ParameterKindName::Scalar,
-                ParameterKind::Color { .. } => ParameterKindName::Color,
+                ParameterKind::Color { .. } | ParameterKind::DisplayColor { .. } => {
+                    ParameterKindName::Color
+                }
                 ParameterKind::Choice { .. } => ParameterKindName::Choice,
             },
             range: of.range.into(),

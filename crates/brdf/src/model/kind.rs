@@ -192,18 +192,6 @@ impl ModelKind {
             Self::Sgd => Prepared::Sgd(Box::new(fit::sgd(values))),
         })
     }
-
-    /// Returns a parameter and the index of its first value.
-    pub(super) fn find(self, name: &str) -> Option<(&'static Parameter, usize)> {
-        let mut at = 0;
-        for parameter in self.parameters() {
-            if parameter.name == name {
-                return Some((parameter, at));
-            }
-            at += parameter.count();
-        }
-        None
-    }
 }
 
 impl fmt::Display for ModelKind {

@@ -1,4 +1,4 @@
-//! Parameters of models: names, ranges, defaults and units, and checked values.
+//! Parameters of models and effects: names, ranges, defaults and units.
 
 /// Spacing of a parameter's values: equal steps on the scale look about equally large.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -22,6 +22,11 @@ pub enum ParameterKind {
         /// Default values.
         default: [f64; 3],
     },
+    /// Red, green and blue of a display (sRGB), as 8-bit codes divided by 255.
+    DisplayColor {
+        /// Default codes.
+        default: [u8; 3],
+    },
     /// One word of a list; the value is the index of the word.
     Choice {
         /// The words; the first is the default.
@@ -29,7 +34,7 @@ pub enum ParameterKind {
     },
 }
 
-/// A parameter of a model.
+/// A parameter of a model or an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameter {
     /// Name in texts.
@@ -57,7 +62,8 @@ impl Parameter {
     }
 
     /// One value in `range`, on a linear scale.
-    pub(super) const fn scalar(
+    #[must_use]
+    pub const fn scalar(
         name: &'static str,
         about: &'static str,
         default: f64,
@@ -67,7 +73,8 @@ impl Parameter {
     }
 
     /// Three values in `range`, on a linear scale.
-    pub(super) const fn color(
+    #[must_use]
+    pub const fn color(
         name: &'static str,
         about: &'static str,
         default: [f64; 3],
@@ -76,8 +83,15 @@ impl Parameter {
         Self::new(name, about, ParameterKind::Color { default }, range)
     }
 
+    /// A colour of a display, on a linear scale.
+    #[must_use]
+    pub const fn display_color(name: &'static str, about: &'static str, default: [u8; 3]) -> Self {
+        Self::new(name, about, ParameterKind::DisplayColor { default }, (0.0, 1.0))
+    }
+
     /// A choice among words.
-    pub(super) const fn choice(
+    #[must_use]
+    pub const fn choice(
         name: &'static str,
         about: &'static str,
         words: &'static [&'static str],
@@ -87,14 +101,19 @@ impl Parameter {
     }
 
     /// Returns the parameter with a logarithmic scale.
-    pub(super) const fn logarithmic(mut self) -> Self {
+    ///
+    /// # Panics
+    /// If the range includes 0.
+    #[must_use]
+    pub const fn logarithmic(mut self) -> Self {
         assert!(self.range.0 > 0.0, "a logarithmic scale needs a range above 0");
         self.scale = ParameterScale::Logarithmic;
         self
     }
 
     /// Returns the parameter with a unit.
-    pub(super) const fn in_unit(mut self, unit: &'static str) -> Self {
+    #[must_use]
+    pub const fn in_unit(mut self, unit: &'static str) -> Self {
         self.unit = unit;
         self
     }
@@ -104,7 +123,7 @@ impl Parameter {
     pub fn count(&self) -> usize {
         match self.kind {
             ParameterKind::Scalar { .. } | ParameterKind::Choice { .. } => 1,
-            ParameterKind::Color { .. } => 3,
+            ParameterKind::Color { .. } | ParameterKind::DisplayColor { .. } => 3,
         }
     }
 
@@ -113,7 +132,35 @@ impl Parameter {
     pub fn words(&self) -> Option<&'static [&'static str]> {
         match self.kind {
             ParameterKind::Choice { words } => Some(words),
-            ParameterKind::Scalar { .. } | ParameterKind::Color { .. } => None,
+            ParameterKind::Scalar { .. }
+            | ParameterKind::Color { .. }
+            | ParameterKind::DisplayColor { .. } => None,
+        }
+    }
+
+    /// True if its values are written as one word: a choice or a display colour.
+    #[must_use]
+    pub fn takes_word(&self) -> bool {
+        matches!(self.kind, ParameterKind::Choice { .. } | ParameterKind::DisplayColor { .. })
+    }
+
+    /// Returns the values as text: numbers that read back to the same bits, a word, or a colour.
+    ///
+    /// # Panics
+    /// If the values are not those of the parameter.
+    #[must_use]
+    pub fn text(&self, values: &[f64]) -> String {
+        match (self.kind, values) {
+            (ParameterKind::DisplayColor { .. }, values) => {
+                let code = |value: &f64| format!("{:02x}", (value * 255.0).round() as u8);
+                format!("#{}", values.iter().map(code).collect::<String>())
+            }
+            (ParameterKind::Choice { .. }, values) => {
+                self.word(values).expect("the parameter is a choice").to_owned()
+            }
+            (ParameterKind::Scalar { .. } | ParameterKind::Color { .. }, values) => {
+                values.iter().map(f64::to_string).collect::<Vec<_>>().join(" ")
+            }
         }
     }
 
@@ -153,6 +200,9 @@ impl Parameter {
         match self.kind {
             ParameterKind::Scalar { default } => vec![default],
             ParameterKind::Color { default } => default.to_vec(),
+            ParameterKind::DisplayColor { default } => {
+                default.iter().map(|code| f64::from(*code) / 255.0).collect()
+            }
             ParameterKind::Choice { .. } => vec![0.0],
         }
     }

@@ -1,8 +1,24 @@
 //! A model with checked values for its parameters: what texts, mutation and searches work with.
+//!
+//! The text form is a line that names the model, and one line for each parameter:
+//!
+//! ```text
+//! .model cook-torrance
+//! f0 1 0.71 0.29
+//! roughness 0.3
+//! distribution beckmann
+//! ```
+//! Numbers are written so that they read back to the same bits. The rest of a file is the caller's
+//! business.
+
+use std::fmt;
 
 use super::coat::{CoatTables, TableDetail};
 use super::kind::ModelKind;
-use super::parameter::{Parameter, ParameterKind, Values};
+use super::parameter::{Parameter, Values};
+use super::parameter_values::{
+    ParameterError, ParameterTextError, ParameterValues, ParameterValuesError,
+};
 use super::prepared::PreparedModel;
 use crate::{Brdf, Machine};
 
@@ -10,82 +26,14 @@ use crate::{Brdf, Machine};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
     kind: ModelKind,
-    /// Values of all parameters, in the order of the kind's table: one or three for each
-    /// parameter.
-    values: Vec<f64>,
-}
-
-/// Error of setting a parameter.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ParameterError {
-    /// The model has no parameter of that name.
-    #[error("{model} has no parameter {name}; it has {known}")]
-    Unknown {
-        /// The model.
-        model: ModelKind,
-        /// The unknown name.
-        name: String,
-        /// Names of the model's parameters.
-        known: String,
-    },
-    /// Wrong number of values.
-    #[error("{name} takes {wanted}, not {found}")]
-    Count {
-        /// The parameter.
-        name: &'static str,
-        /// Number of values that the parameter takes, in words.
-        wanted: &'static str,
-        /// Number of values that were given.
-        found: usize,
-    },
-    /// A value is out of range, or not an index of a word.
-    #[error("{name} must be between {low} and {high}, got {value}")]
-    Range {
-        /// The parameter.
-        name: &'static str,
-        /// Least value.
-        low: f64,
-        /// Largest value.
-        high: f64,
-        /// The value that was given.
-        value: f64,
-    },
-    /// The word is not one of the choice.
-    #[error("{name} must be one of {known}, got {word}")]
-    Word {
-        /// The parameter.
-        name: &'static str,
-        /// Words of the choice.
-        known: String,
-        /// The word that was given.
-        word: String,
-    },
-}
-
-/// Error of [`Model::from_parameter_values`].
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ParameterValuesError {
-    /// Wrong number of values.
-    #[error("{kind} takes {wanted} parameter values, got {found}")]
-    Count {
-        /// The model.
-        kind: ModelKind,
-        /// Number of values that its parameters take.
-        wanted: usize,
-        /// Number of values that were given.
-        found: usize,
-    },
-    /// A value is not valid for its parameter.
-    #[error(transparent)]
-    Parameter(#[from] ParameterError),
+    values: ParameterValues,
 }
 
 impl Model {
     /// Returns the model with default values.
     #[must_use]
     pub fn new(kind: ModelKind) -> Self {
-        let values = kind.parameters().iter().flat_map(Parameter::default).collect();
-        Self { kind, values }
+        Self { kind, values: ParameterValues::new(kind.name(), kind.parameters()) }
     }
 
     /// Returns the model with these values, in the order of [`Model::parameter_values`].
@@ -97,17 +45,8 @@ impl Model {
         kind: ModelKind,
         values: &[f64],
     ) -> Result<Self, ParameterValuesError> {
-        let model = Self::new(kind);
-        if values.len() != model.values.len() {
-            let (wanted, found) = (model.values.len(), values.len());
-            return Err(ParameterValuesError::Count { kind, wanted, found });
-        }
-        let mut at = 0;
-        kind.parameters().iter().try_fold(model, |model, parameter| {
-            let own = &values[at..at + parameter.count()];
-            at += parameter.count();
-            Ok(model.with(parameter.name, own)?)
-        })
+        let values = ParameterValues::from_values(kind.name(), kind.parameters(), values)?;
+        Ok(Self { kind, values })
     }
 
     /// Kind of the model.
@@ -119,24 +58,18 @@ impl Model {
     /// Values of all parameters, in the order of the kind's table.
     #[must_use]
     pub fn parameter_values(&self) -> &[f64] {
-        &self.values
+        self.values.values()
     }
 
     /// Iterates over the parameters and their values, in the order of the kind's table.
     pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, &[f64])> {
-        let mut rest = self.values.as_slice();
-        self.kind.parameters().iter().map(move |parameter| {
-            let (values, others) = rest.split_at(parameter.count());
-            rest = others;
-            (parameter, values)
-        })
+        self.values.iter()
     }
 
     /// Returns the values of a parameter, or `None` if the model has no such parameter.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&[f64]> {
-        let (parameter, at) = self.kind.find(name)?;
-        Some(&self.values[at..at + parameter.count()])
+        self.values.get(name)
     }
 
     /// Returns the model with other values of one parameter. The value of a choice is the index
@@ -146,27 +79,7 @@ impl Model {
     /// Returns [`ParameterError`] if there is no such parameter, or the number of values is
     /// wrong, or a value is out of range.
     pub fn with(mut self, name: &str, values: &[f64]) -> Result<Self, ParameterError> {
-        let (parameter, at) = self.find(name)?;
-        if values.len() != parameter.count() {
-            let wanted = if parameter.count() == 1 { "one value" } else { "three values" };
-            return Err(ParameterError::Count {
-                name: parameter.name,
-                wanted,
-                found: values.len(),
-            });
-        }
-        let (low, high) = parameter.range;
-        for &value in values {
-            let whole =
-                !matches!(parameter.kind, ParameterKind::Choice { .. }) || value.fract() == 0.0;
-            if !((low..=high).contains(&value) && whole) {
-                return Err(ParameterError::Range { name: parameter.name, low, high, value });
-            }
-        }
-        for (old, value) in self.values[at..].iter_mut().zip(values) {
-            // Adding +0 turns -0 into 0, so that equal models have equal bits.
-            *old = value + 0.0;
-        }
+        self.values.set(name, values)?;
         Ok(self)
     }
 
@@ -174,25 +87,20 @@ impl Model {
     ///
     /// # Errors
     /// Returns [`ParameterError`] if there is no such choice or no such word.
-    pub fn choose(self, name: &str, word: &str) -> Result<Self, ParameterError> {
-        let (parameter, _) = self.find(name)?;
-        let ParameterKind::Choice { words } = parameter.kind else {
-            let wanted = if parameter.count() == 1 { "one number" } else { "three numbers" };
-            return Err(ParameterError::Count { name: parameter.name, wanted, found: 0 });
-        };
-        if word.is_empty() {
-            return Err(ParameterError::Count {
-                name: parameter.name,
-                wanted: "one word",
-                found: 0,
-            });
-        }
-        let index = words.iter().zip(0_u32..).find(|(known, _)| **known == word);
-        let Some((_, index)) = index else {
-            let (known, word) = (words.join(", "), word.to_owned());
-            return Err(ParameterError::Word { name: parameter.name, known, word });
-        };
-        self.with(name, &[f64::from(index)])
+    pub fn choose(mut self, name: &str, word: &str) -> Result<Self, ParameterError> {
+        self.values.choose(name, word)?;
+        Ok(self)
+    }
+
+    /// Returns the model with a parameter set from its line: values separated by blanks, or
+    /// the word of a choice.
+    ///
+    /// # Errors
+    /// Returns [`ParameterTextError`] if a number cannot be parsed or the model rejects the
+    /// values.
+    pub fn with_text(mut self, name: &str, values: &str) -> Result<Self, ParameterTextError> {
+        self.values.set_text(name, values)?;
+        Ok(self)
     }
 
     /// Returns the model without anisotropy: the width along v becomes that along u.
@@ -200,13 +108,13 @@ impl Model {
     pub fn isotropic(&self) -> Self {
         let mut model = self.clone();
         for (name_v, name_u) in [("alpha_y", "alpha_x"), ("exponent_v", "exponent_u")] {
-            if let (Some((_, v)), Some((_, u))) = (self.kind.find(name_v), self.kind.find(name_u)) {
-                model.values[v] = self.values[u];
+            if let (Some(v), Some([u])) = (self.values.position(name_v), self.get(name_u)) {
+                model.values.replace(v, *u);
             }
         }
         for name in ["stretch", "anisotropic"] {
-            if let Some((_, at)) = self.kind.find(name) {
-                model.values[at] = 0.0;
+            if let Some(at) = self.values.position(name) {
+                model.values.replace(at, 0.0);
             }
         }
         model
@@ -265,14 +173,13 @@ impl Model {
     }
 
     fn values(&self) -> Values<'_> {
-        Values { table: self.kind.parameters(), values: &self.values }
+        self.values.view()
     }
+}
 
-    fn find(&self, name: &str) -> Result<(&'static Parameter, usize), ParameterError> {
-        self.kind.find(name).ok_or_else(|| ParameterError::Unknown {
-            model: self.kind,
-            name: name.to_owned(),
-            known: self.kind.parameters().iter().map(|p| p.name).collect::<Vec<_>>().join(", "),
-        })
+impl fmt::Display for Model {
+    /// Writes the model's line, then each parameter on its own line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, ".model {}\n{}", self.kind, self.values)
     }
 }

@@ -67,8 +67,10 @@ impl<'a> Code<'a> {
         let layers = Layers::of(program);
         // Not inside the borrow: computing an input is a parallel loop, and while this thread waits
         // for it rayon may run another task on it that translates.
-        program.inputs().iter().for_each(|input| _ = set.input(input));
-        let code = TRANSLATION.with_borrow_mut(|translation| translation.run(program, set, level));
+        let inputs = program.inputs();
+        inputs.iter().for_each(|input| _ = set.input(input));
+        let code = TRANSLATION
+            .with_borrow_mut(|translation| translation.run((program, inputs), set, level));
         Self { layers, ..code }
     }
 }
@@ -109,9 +111,14 @@ const PINNED: u32 = 1 << 30;
 const FIRST_CONSTANT: usize = Input::ALL.len();
 
 impl Translation {
-    /// Translates a program without its layers.
-    fn run<'a>(&mut self, program: &'a Program, set: &'a SampleSet, level: Level) -> Code<'a> {
-        let inputs = self.begin(program);
+    /// Translates a program, which reads these inputs, without its layers.
+    fn run<'a>(
+        &mut self,
+        (program, inputs): (&'a Program, InputMask),
+        set: &'a SampleSet,
+        level: Level,
+    ) -> Code<'a> {
+        self.begin(program, inputs);
         self.find_ranges(program, set, inputs);
         let mut index = 0;
         while index < self.steps.len() {
@@ -146,9 +153,8 @@ impl Translation {
         }
     }
 
-    /// Counts the reads of each value, assigns slots to inputs and constants, and returns the
-    /// inputs that are read.
-    fn begin(&mut self, program: &Program) -> InputMask {
+    /// Counts the reads of each value, and assigns slots to inputs and constants.
+    fn begin(&mut self, program: &Program, inputs: InputMask) {
         let (constants, count) = (program.constants().len(), program.steps().len());
         let first_step = FIRST_CONSTANT + constants;
         self.first_step = u32::try_from(first_step).expect("constants are numbered in 16 bits");
@@ -171,18 +177,14 @@ impl Translation {
         }
         self.slots.clear();
         self.slots.resize(first_step + count, NO_SLOT);
-        let (mut inputs, mut slot) = (InputMask::EMPTY, FIRST_INPUT);
-        for input in Input::ALL {
-            if self.reads[input.index()] != PINNED {
-                inputs.insert(input);
-                self.slots[input.index()] = slot;
-                slot += 1;
-            }
+        let mut slot = FIRST_INPUT;
+        for input in inputs.iter() {
+            self.slots[input.index()] = slot;
+            slot += 1;
         }
         for (constant, slot) in self.slots[FIRST_CONSTANT..][..constants].iter_mut().zip(slot..) {
             *constant = slot;
         }
-        inputs
     }
 
     /// Finds the range of every value by interval arithmetic, and the clamps that can act.

@@ -54,7 +54,7 @@ impl View {
 /// Number of a kernel in the table of loops.
 ///
 /// 0 to 47: a fused pair, 16 * first + 4 * second + clamps, see [`fused`]; 48 to 53: sum,
-/// difference and product, each without and then with clamp; 54 to 71: the functions, each with and
+/// difference and product, each without and then with clamp; 54 to 79: the functions, each with and
 /// then without clamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Kernel(u8);
@@ -120,10 +120,10 @@ macro_rules! passes {
         passes!(table $name, $f;
             0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 23 24 25 26 27 28 29 30 31 32 33 34 35
             36 37 38 39 40 41 42 43 44 45 46 47 48 49 50 51 52 53 54 55 56 57 58 59 60 61 62 63 64 65 66 67
-            68 69 70 71);
+            68 69 70 71 72 73 74 75 76 77 78 79);
     };
     (table $name:ident, $f:ident; $($n:literal)*) => {
-        static $name: [Pass; 72] = [$($f::<$n>),*];
+        static $name: [Pass; 80] = [$($f::<$n>),*];
     };
 }
 
@@ -179,7 +179,11 @@ unsafe fn pass<const KERNEL: u8>(out: &mut [Quarter], operands: &[View; 3]) {
             64 | 65 => each(out, operands, |a| f.rcp(a)),
             66 | 67 => each(out, operands, |a| f.rsq(a)),
             68 | 69 => each(out, operands, |a| f.spl(a)),
-            _ => each(out, operands, |a| f.spl(-a)),
+            70 | 71 => each(out, operands, |a| f.spl(-a)),
+            72 | 73 => each(out, operands, |a| a.saturate()),
+            74 | 75 => each(out, operands, |a| (-a).saturate()),
+            76 | 77 => each(out, operands, |a| a.step()),
+            _ => each(out, operands, |a| (-a).step()),
         }
     }
 }

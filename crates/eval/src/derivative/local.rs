@@ -29,6 +29,9 @@ pub(super) fn partials(operation: Operation, a: f32, b: f32, value: f32) -> (f32
         Operation::Rsq => (-a * value * value * value, 0.0),
         Operation::Spl => (free * sigmoid(a), 0.0),
         Operation::SplNeg => (-free * sigmoid(-a), 0.0),
+        Operation::Saturate => (within(a, 0.0, 1.0), 0.0),
+        Operation::SaturateNeg => (-within(-a, 0.0, 1.0), 0.0),
+        Operation::Step | Operation::StepNeg => (0.0, 0.0),
     }
 }
 

@@ -30,6 +30,14 @@ impl<'a> Cursor<'a> {
         Self { rest: rest.trim_end(), line, column: 1 }
     }
 
+    /// Creates a cursor over a line in which words may begin with `#`: colours. Only a `#` before
+    /// a blank begins a comment.
+    pub(super) fn with_colors(text: &'a str, line: u32) -> Self {
+        let is_comment = |at: &usize| !text[at + 1..].starts_with(|c: char| !c.is_whitespace());
+        let comment = text.match_indices('#').map(|(at, _)| at).find(is_comment);
+        Self { rest: text[..comment.unwrap_or(text.len())].trim_end(), line, column: 1 }
+    }
+
     pub(super) fn is_at_end(&mut self) -> bool {
         self.skip_space();
         self.rest.is_empty()
@@ -111,5 +119,14 @@ pub(super) fn quote(text: &str) -> String {
         format!("`{short}...`")
     } else {
         format!("`{short}`")
+    }
+}
+
+/// Cuts an error text to about two lines of a terminal.
+pub(super) fn shortened(reason: &str) -> String {
+    const LONGEST: usize = 240;
+    match reason.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &reason[..end]),
+        None => reason.to_owned(),
     }
 }

@@ -3,7 +3,9 @@
 use std::str::FromStr;
 
 use super::TextError;
-use super::cursor::{Cursor, Word, quote};
+use super::cursor::{Cursor, Word, quote, shortened};
+use super::effect::EffectReader;
+use crate::effect::{self, Effect, Palette};
 use crate::operand::LETTERS;
 use crate::{
     CONSTANTS, Dialect, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet,
@@ -23,7 +25,10 @@ impl FromStr for Genome {
         let mut last = 1;
         for (line, text) in (2..).zip(lines) {
             last = line;
-            let mut cursor = Cursor::new(text, line);
+            let mut cursor = match reader.takes_colors(text) {
+                true => Cursor::with_colors(text, line),
+                false => Cursor::new(text, line),
+            };
             if !cursor.is_at_end() {
                 reader.line(&mut cursor)?;
                 cursor.end()?;
@@ -61,6 +66,11 @@ struct Reader {
     layers: Vec<Model>,
     /// Names of the parameters given for the last layer.
     parameters: Vec<String>,
+    effects: Vec<Effect>,
+    /// Effect whose lines are being read.
+    effect: Option<EffectReader>,
+    /// First word of a line that a painted genome cannot have, with its name.
+    unpainted: Option<&'static str>,
 }
 
 impl Default for Reader {
@@ -76,6 +86,9 @@ impl Default for Reader {
             limit: None,
             layers: Vec::new(),
             parameters: Vec::new(),
+            effects: Vec::new(),
+            effect: None,
+            unpainted: None,
         }
     }
 }
@@ -83,6 +96,10 @@ impl Default for Reader {
 impl Reader {
     fn line(&mut self, cursor: &mut Cursor<'_>) -> Result<(), TextError> {
         let word = cursor.word("an instruction")?;
+        if word.text.starts_with('.') {
+            self.end_effect()?;
+        }
+        self.check_unpainted(word)?;
         match word.text {
             ".dialect" => {
                 let dialect = parse_dialect(cursor, word)?;
@@ -90,6 +107,7 @@ impl Reader {
             }
             ".const" => self.constant(cursor),
             ".model" => self.model(cursor, word),
+            ".effect" => self.effect(cursor, word),
             ".matrix" => {
                 let rows = [triple(cursor)?, triple(cursor)?, triple(cursor)?];
                 once(&mut self.matrix, word, rows)
@@ -113,13 +131,52 @@ impl Reader {
             directive if directive.starts_with('.') => {
                 Err(word.error(format!("unknown directive {}", quote(directive))))
             }
-            name if !self.layers.is_empty()
-                && name.starts_with(|c: char| c.is_ascii_lowercase()) =>
-            {
-                self.parameter(cursor, word)
-            }
+            name if name.starts_with(|c: char| c.is_ascii_lowercase()) => match &mut self.effect {
+                Some(effect) => effect.parameter(cursor, word),
+                None if self.layers.is_empty() => self.instruction(cursor, word),
+                None => self.parameter(cursor, word),
+            },
             _ => self.instruction(cursor, word),
         }
+    }
+
+    /// True if words like `#2b1e46` are colours in a line: in the lines of an effect that take
+    /// colours.
+    fn takes_colors(&self, text: &str) -> bool {
+        let first = text.split_ascii_whitespace().next();
+        self.effect.is_some() && matches!(first, Some(Palette::COLORS | "color"))
+    }
+
+    /// Rejects lines that BRDFs have beside an effect, and an effect beside them.
+    fn check_unpainted(&mut self, word: Word<'_>) -> Result<(), TextError> {
+        const UNPAINTED: [&str; 5] = [".model", ".limit", ".matrix", ".scale", ".offset"];
+        let name = UNPAINTED.into_iter().find(|name| *name == word.text);
+        let is_effect = word.text == ".effect";
+        if let (Some(name), false) = (name, self.effects.is_empty()) {
+            return Err(word.error(format!("a genome with effects has no {name} line")));
+        }
+        if let (Some(name), true) = (self.unpainted, is_effect) {
+            return Err(word.error(format!("a genome with a {name} line has no effects")));
+        }
+        self.unpainted = self.unpainted.or(name);
+        Ok(())
+    }
+
+    /// Begins an effect; its parameters are in the next lines.
+    fn effect(&mut self, cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<(), TextError> {
+        let effect = EffectReader::new(cursor, directive)?;
+        effect::check_next(&self.effects, effect.kind())
+            .map_err(|error| directive.error(error.to_string()))?;
+        self.effect = Some(effect);
+        Ok(())
+    }
+
+    /// Ends the effect whose lines are being read.
+    fn end_effect(&mut self) -> Result<(), TextError> {
+        if let Some(effect) = self.effect.take() {
+            self.effects.push(effect.finish()?);
+        }
+        Ok(())
     }
 
     fn model(&mut self, cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<(), TextError> {
@@ -181,6 +238,7 @@ impl Reader {
     }
 
     fn instruction(&mut self, cursor: &mut Cursor<'_>, word: Word<'_>) -> Result<(), TextError> {
+        self.end_effect()?;
         let Some(dialect) = self.dialect else {
             return Err(
                 word.error("the line `.dialect ...` must come before the first instruction")
@@ -208,16 +266,18 @@ impl Reader {
     }
 
     /// Returns the genome. `last` is the number of the last line, for errors.
-    fn finish(self, last: u32) -> Result<Genome, TextError> {
+    fn finish(mut self, last: u32) -> Result<Genome, TextError> {
+        self.end_effect()?;
         let error = |reason: String| TextError { line: last, column: 1, reason };
         let limited = self.limit.unwrap_or(false);
-        let Some(mut dialect) = self.dialect.or((!self.layers.is_empty()).then(Dialect::default))
-        else {
-            return Err(error("expected a `.dialect` line or a `.model` line".into()));
+        let has_parts = !self.layers.is_empty() || !self.effects.is_empty();
+        let Some(mut dialect) = self.dialect.or(has_parts.then(Dialect::default)) else {
+            let reason = "expected a `.dialect` line, a `.model` line or an `.effect` line";
+            return Err(error(reason.into()));
         };
-        if self.instructions.is_empty() && self.layers.is_empty() {
+        if self.instructions.is_empty() && !has_parts {
             return Err(error(
-                "a genome must have at least one instruction or one `.model`".into(),
+                "a genome must have at least one instruction, one `.model` or one `.effect`".into(),
             ));
         }
         dialect.length = u16::try_from(self.instructions.len()).expect("at most 1024");
@@ -228,18 +288,13 @@ impl Reader {
             self.offset.unwrap_or(*identity.offset()),
         )
         .map_err(|e| error(e.to_string()))?;
-        let Self { instructions, constants, layers, .. } = self;
+        let Self { instructions, constants, layers, effects, .. } = self;
+        if !effects.is_empty() {
+            let genome = Genome::painted(dialect, instructions, constants, effects);
+            return genome.map_err(|e| error(e.to_string()));
+        }
         let genome = Genome::layered(dialect, instructions, constants, output, layers);
         genome.map(|genome| genome.with_limit(limited)).map_err(|e| error(e.to_string()))
-    }
-}
-
-/// Cuts an error text to about two lines of a terminal.
-fn shortened(reason: &str) -> String {
-    const LONGEST: usize = 240;
-    match reason.char_indices().nth(LONGEST) {
-        Some((end, _)) => format!("{}...", &reason[..end]),
-        None => reason.to_owned(),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Parts of a child while the operators change them.
 
 use crate::believable;
-use crate::{CONSTANTS, Dialect, Genome, Instruction, Model, Output};
+use crate::{CONSTANTS, Dialect, Effect, Genome, Instruction, Model, Output};
 
 /// Parts of a child; becomes a [`Genome`] through the validating constructor.
 pub(super) struct Draft {
@@ -11,6 +11,7 @@ pub(super) struct Draft {
     pub(super) output: Output,
     pub(super) limited: bool,
     pub(super) layers: Vec<Model>,
+    pub(super) effects: Vec<Effect>,
 }
 
 impl Draft {
@@ -23,6 +24,7 @@ impl Draft {
             output: *parent.output(),
             limited: parent.is_limited(),
             layers: parent.layers().to_vec(),
+            effects: parent.effects().to_vec(),
         }
     }
 

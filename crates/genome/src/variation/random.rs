@@ -24,6 +24,7 @@ pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
             output: Output::IDENTITY,
             limited: false,
             layers: layer::random(key),
+            effects: Vec::new(),
         };
     }
     let mut stream = Stream::new(key, Operator::RandomInstructions);
@@ -40,6 +41,7 @@ pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
         output: Output::IDENTITY,
         limited: false,
         layers: Vec::new(),
+        effects: Vec::new(),
     }
 }
 

@@ -27,6 +27,10 @@ pub(super) fn draft(
     let believable = parameters((first, second), recombination, key, (how, locked));
     let program = || program((first, second), recombination, key, locked);
     let mut draft = believable.unwrap_or_else(program);
+    if first.is_painted() || second.is_painted() {
+        // Painted genomes have no layers; the child is painted if the first parent is.
+        return draft;
+    }
     let may_lose = !draft.instructions.is_empty();
     let parents = (first.layers(), second.layers());
     draft.layers = layer::recombine(parents, recombination, key, (locked.layers(), may_lose));

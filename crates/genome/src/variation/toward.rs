@@ -83,7 +83,8 @@ pub(super) fn step(
                     let change = WARM_STEP.map(|step| strength + warmth * step);
                     multiply(new, change, parameter.range, &free);
                 }
-                ParameterKind::Choice { .. } => {}
+                // Only effects have colours of displays.
+                ParameterKind::Choice { .. } | ParameterKind::DisplayColor { .. } => {}
             }
             at += own.len();
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use brood_brdf::{DirectionPair, Input};
+use brood_brdf::{DirectionPair, Input, LightInput, Lighting};
 use glam::DVec2;
 
 use super::layout::{ImageLayout, SampleCounts};
@@ -15,7 +15,8 @@ use super::values::{Values, round_to_f32};
 /// # Shapes
 /// Every array has [`SampleSet::len`] entries. In the set of an image, samples are ordered by
 /// pixel; within a pixel, samples of the ray through the pixel's centre come first. Only lit
-/// samples on the mesh are stored ([`ImageLayout`]).
+/// samples on the mesh are stored ([`ImageLayout`]). In a set of points for painted materials a
+/// sample is a surface point, lit or not, with its share of the pixel as irradiance.
 #[derive(Debug)]
 pub struct SampleSet {
     id: u64,
@@ -27,10 +28,12 @@ pub struct SampleSet {
     pub(super) image: Option<ImageLayout>,
     pub(super) counts: SampleCounts,
     pub(super) inputs: [OnceLock<Values>; Input::ALL.len()],
+    pub(super) lighting: Option<Lighting>,
 }
 
 impl SampleSet {
     /// Makes one sample per direction pair, with irradiance 1 and no image. Empty `uvs` mean zeros.
+    /// For painted materials, each sample is a point that one white light at wi reaches.
     ///
     /// # Domain
     /// Finite `uvs`. Pairs below the surface are kept.
@@ -45,7 +48,32 @@ impl SampleSet {
         let counts =
             SampleCounts { covered: count as u64, lit: count as u64, ..SampleCounts::default() };
         let irradiance = [(); 3].map(|()| vec![1.0; count]);
-        Self::new(pairs.to_vec(), uvs, irradiance, None, counts)
+        let lighting = Some(Lighting { lights: 1, has_shadows: false });
+        Self { lighting, ..Self::new(pairs.to_vec(), uvs, irradiance, None, counts) }
+    }
+
+    /// Returns a set of points in these lights, for painted materials. `columns` has the inputs of
+    /// painted materials that are not those of one white light at wi, with the value of each
+    /// sample.
+    ///
+    /// # Domain
+    /// Finite values within the range of the machine.
+    ///
+    /// # Panics
+    /// If a column has another length than the set.
+    #[must_use]
+    pub fn with_lights(
+        mut self,
+        lighting: Lighting,
+        columns: impl IntoIterator<Item = (Input, Vec<f32>)>,
+    ) -> Self {
+        self.lighting = Some(lighting);
+        for (input, values) in columns {
+            assert_eq!(values.len(), self.len, "one value of {input:?} for each sample");
+            let column = OnceLock::from(Values::compute(values.len(), |index| values[index]));
+            self.inputs[input.index()] = column;
+        }
+        self
     }
 
     pub(super) fn new(
@@ -66,7 +94,8 @@ impl SampleSet {
             irradiance,
             image,
             counts,
-            inputs: Default::default(),
+            inputs: [const { OnceLock::new() }; Input::ALL.len()],
+            lighting: None,
         }
     }
 
@@ -162,10 +191,28 @@ impl SampleSet {
         self.image.as_ref()
     }
 
+    /// Returns the lights that painted materials are lowered for, if the samples are points; `None`
+    /// if they are samples of light.
+    #[must_use]
+    pub fn lighting(&self) -> Option<Lighting> {
+        self.lighting
+    }
+
     /// Returns the numbers of traced rays and of stored, skipped and shadowed samples.
     #[must_use]
     pub fn counts(&self) -> SampleCounts {
         self.counts
+    }
+
+    /// Returns the number of inputs that programs may read on this set: of BRDFs, or also of
+    /// painted materials and their lights.
+    fn columns(&self) -> usize {
+        match self.lighting {
+            None => Input::SYMMETRIC,
+            Some(Lighting { lights, .. }) => {
+                Input::ALL.len() - (Input::LIGHTS - lights) * LightInput::ALL.len()
+            }
+        }
     }
 
     /// Returns an upper bound of the set's memory in bytes, with every input computed.
@@ -173,7 +220,7 @@ impl SampleSet {
     pub fn bytes(&self) -> usize {
         let per_sample = size_of::<DirectionPair>()
             + size_of::<DVec2>()
-            + (self.irradiance.len() + Input::ALL.len()) * size_of::<f32>();
+            + (self.irradiance.len() + self.columns()) * size_of::<f32>();
         let layout = self.image.as_ref().map_or(0, ImageLayout::bytes);
         size_of::<Self>() + self.len() * per_sample + layout
     }

@@ -348,7 +348,7 @@ fn fixed_set_is_bit_identical_for_any_number_of_threads() {
     let make = |threads: usize| {
         pool(threads).install(|| {
             let samples = SampleSet::render(&Mesh::builtin(BuiltinMesh::Knob), &scene, 64, 3);
-            for input in Input::ALL {
+            for input in Input::symmetric() {
                 let _ = samples.input(input);
             }
             samples
@@ -359,7 +359,7 @@ fn fixed_set_is_bit_identical_for_any_number_of_threads() {
     assert_eq!(one.pairs, four.pairs);
     assert_eq!(one.uvs, four.uvs);
     assert_eq!(one.irradiance(), four.irradiance());
-    for input in Input::ALL {
+    for input in Input::symmetric() {
         assert_eq!(one.input(input), four.input(input), "{}", input.name());
     }
     assert_eq!(one.input(Input::U)[7], one.pair(7).1.x as f32);

@@ -1,0 +1,140 @@
+//! Styles of the suite: painted materials with random parameters, in one to eight lights.
+
+use brood_brdf::{LightInput, Lighting, Parameter, ParameterValues};
+use brood_genome::{
+    BirthKey, Effect, EffectKind, Genome, Input, Operator, Palette, ParameterKind, Stream,
+    Variation,
+};
+use brood_program::Program;
+use brood_scene::SampleSet;
+
+use super::bits::first_difference;
+use super::cases::hard_samples;
+use crate::evaluator::Evaluator;
+
+/// Lights of the sets of the suite.
+const LIGHTINGS: [Lighting; 4] = [
+    Lighting { lights: 0, has_shadows: false },
+    Lighting { lights: 1, has_shadows: false },
+    Lighting { lights: 2, has_shadows: true },
+    Lighting { lights: 8, has_shadows: true },
+];
+
+/// Returns a painted genome with random effects and palette; half of them have a program. A quarter
+/// of the numbers are at the ends of their ranges.
+#[must_use]
+pub fn wild_style(seed: u64) -> Genome {
+    let key = BirthKey { seed, slot: 0, attempt: 0 };
+    let mut stream = Stream::new(key, Operator::RandomLayers);
+    let stream = &mut stream;
+    let count = 2 + stream.below(7) as usize;
+    let mut color = || [0; 3].map(|_: u8| u8::try_from(stream.below(256)).expect("below 256"));
+    let colors = (0..count).map(|_| color()).collect();
+    let mut edges: Vec<f64> = (1..count).map(|_| share(stream)).collect();
+    edges.sort_by(f64::total_cmp);
+    let palette = Palette::new(Some(colors), Some(edges)).expect("the edges ascend");
+    let mut effects = vec![effect(EffectKind::Light, Some(palette), stream)];
+    for kind in &EffectKind::ALL[1..] {
+        if stream.below(2) == 0 {
+            let place = 1 + stream.below(effects.len() as u32) as usize;
+            effects.insert(place, effect(*kind, None, stream));
+        }
+    }
+    if stream.below(2) == 0 {
+        return Genome::of_effects(effects).expect("the first effect is light");
+    }
+    let program = Variation::random(brood_genome::Dialect::default()).birth(key);
+    let (dialect, constants) = (*program.dialect(), Box::new(*program.constants()));
+    Genome::painted(dialect, program.instructions().to_vec(), constants, effects)
+        .expect("the first effect is light")
+}
+
+/// Returns an effect with random values.
+fn effect(kind: EffectKind, palette: Option<Palette>, stream: &mut Stream) -> Effect {
+    let mut values = ParameterValues::new(kind.name(), kind.parameters());
+    for parameter in kind.parameters() {
+        let drawn: Vec<f64> = (0..parameter.count()).map(|_| value(parameter, stream)).collect();
+        values.set(parameter.name, &drawn).expect("values are drawn from the range");
+    }
+    let end = |name| values.get(name).map_or(0.0, |values| values[0]);
+    let (from, to) = (end("from"), end("to"));
+    values.set("from", &[from.min(to)]).expect("the ends are within one range");
+    values.set("to", &[from.max(to)]).expect("the ends are within one range");
+    Effect::new(kind, values, palette).expect("the ends ascend")
+}
+
+fn value(parameter: &Parameter, stream: &mut Stream) -> f64 {
+    match parameter.kind {
+        ParameterKind::Choice { words } => {
+            f64::from(stream.below(u32::try_from(words.len()).expect("there are few words")))
+        }
+        _ => parameter.at_share(share(stream)),
+    }
+}
+
+fn share(stream: &mut Stream) -> f64 {
+    match stream.below(8) {
+        0 => 0.0,
+        1 => 1.0,
+        _ => f64::from(stream.unit()),
+    }
+}
+
+/// Returns points in lights of random directions, colours and visibilities: a quarter of the values
+/// at the ends of their ranges, half of the gradients 0.
+#[must_use]
+pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
+    let key = BirthKey { seed, slot: size as u32, attempt: 0 };
+    let mut stream = Stream::new(key, Operator::RandomConstants);
+    let mut column = |input: Input, low: f32| {
+        let mut value = || match stream.below(8) {
+            0 => low,
+            1 => 1.0,
+            2 => 0.0,
+            _ => low + (1.0 - low) * stream.unit(),
+        };
+        (input, (0..size).map(|_| value()).collect())
+    };
+    let mut columns: Vec<(Input, Vec<f32>)> = vec![
+        column(Input::NormalDotEye, 0.0),
+        column(Input::Depth, -1.0),
+        column(Input::NormalDotEyeStep, 0.0),
+        column(Input::DepthStep, 0.0),
+    ];
+    for light in 0..lighting.lights {
+        for quantity in LightInput::ALL {
+            let low = match quantity {
+                LightInput::Cos | LightInput::Mirror => -1.0,
+                _ => 0.0,
+            };
+            columns.push(column(Input::of_light(light, quantity), low));
+        }
+    }
+    hard_samples(seed, size).with_lights(lighting, columns)
+}
+
+/// Checks colours: within [0, 1]; of an exact evaluator, also every bit.
+pub(super) fn check(evaluator: &dyn Evaluator) {
+    let styles: Vec<Program> = (0..40).map(|seed| Program::lower(&wild_style(seed))).collect();
+    let batch: Vec<&Program> = styles.iter().collect();
+    for lighting in LIGHTINGS {
+        let set = lit_points(7, 300, lighting);
+        let mut out = Vec::new();
+        evaluator.eval(&batch, &set, &mut out).expect("the batch is evaluated");
+        for (seed, (style, colors)) in styles.iter().zip(out.chunks(3 * set.len())).enumerate() {
+            assert!(colors.iter().all(|color| (0.0..=1.0).contains(color)), "style {seed}");
+            let program = style.painted(lighting);
+            if !evaluator.is_exact() {
+                continue;
+            }
+            if let Some((sample, got, expected)) = first_difference(&program, &set, colors) {
+                let name = evaluator.name();
+                panic!("{name}: style {seed}, sample {sample}: {got:?}, expected {expected:?}");
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "styles_tests.rs"]
+mod tests;

@@ -1,0 +1,170 @@
+//! Effects of painted materials: a light effect with a palette, and overlays over it.
+//!
+//! A painted genome mixes colours of a display by weights that sum to 1. It is not a BRDF: it has
+//! no layers, output stage or energy limit. docs/maths/painted.md has the formulas.
+
+mod kind;
+mod palette;
+
+use std::fmt;
+
+use brood_brdf::{Parameter, ParameterValues};
+
+pub use kind::{Basis, EffectKind};
+pub(crate) use palette::hex;
+pub use palette::{PALETTE_MAX, PALETTE_MIN, Palette, PaletteError};
+
+/// An effect with values for its parameters. A light effect also has a palette.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Effect {
+    kind: EffectKind,
+    values: ParameterValues,
+    palette: Option<Palette>,
+}
+
+/// Error of [`Effect::new`].
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{reason}")]
+pub struct EffectError {
+    /// Name of the parameter that is not valid.
+    pub parameter: &'static str,
+    /// Description of the error.
+    pub reason: String,
+}
+
+/// Error of a list of effects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum EffectsError {
+    /// The first effect is another one.
+    #[error("the first effect must be light, got {0}")]
+    First(EffectKind),
+    /// A kind is repeated.
+    #[error("a genome can have one {0} effect, got two")]
+    Twice(EffectKind),
+    /// There are layers.
+    #[error("a genome with effects cannot have models")]
+    Layers,
+}
+
+impl Effect {
+    /// Returns the effect with default values.
+    #[must_use]
+    pub fn of(kind: EffectKind) -> Self {
+        let values = ParameterValues::new(kind.name(), kind.parameters());
+        Self { kind, values, palette: kind.has_palette().then(Palette::default) }
+    }
+
+    /// Creates an effect. A light effect without a palette gets the default one.
+    ///
+    /// # Errors
+    /// Returns [`EffectError`] if a start is above its end, or an effect that is not light has a
+    /// palette.
+    ///
+    /// # Panics
+    /// If the values are those of another table.
+    pub fn new(
+        kind: EffectKind,
+        values: ParameterValues,
+        palette: Option<Palette>,
+    ) -> Result<Self, EffectError> {
+        assert_eq!(values.values().len(), kind.value_count(), "the values are those of the kind");
+        if palette.is_some() && !kind.has_palette() {
+            let reason = format!("{kind} has no palette");
+            return Err(EffectError { parameter: Palette::COLORS, reason });
+        }
+        let palette = palette.or_else(|| kind.has_palette().then(Palette::default));
+        let effect = Self { kind, values, palette };
+        let (from, to) = (effect.scalar("from"), effect.scalar("to"));
+        if from > to {
+            let reason = format!("from must be at most to, got {from} and {to}");
+            return Err(EffectError { parameter: "from", reason });
+        }
+        Ok(effect)
+    }
+
+    /// Kind of the effect.
+    #[must_use]
+    pub fn kind(&self) -> EffectKind {
+        self.kind
+    }
+
+    /// Values of the parameters in its table.
+    #[must_use]
+    pub fn values(&self) -> &ParameterValues {
+        &self.values
+    }
+
+    /// Iterates over the parameters in its table and their values.
+    pub fn parameters(&self) -> impl Iterator<Item = (&'static Parameter, &[f64])> {
+        self.values.iter()
+    }
+
+    /// Palette of a light effect.
+    #[must_use]
+    pub fn palette(&self) -> Option<&Palette> {
+        self.palette.as_ref()
+    }
+
+    /// Value of a scalar, or index of the word of a choice.
+    ///
+    /// # Panics
+    /// If the table has no such parameter.
+    #[must_use]
+    pub fn scalar(&self, name: &str) -> f64 {
+        self.values.get(name).expect("the parameter is in the table of the kind")[0]
+    }
+
+    /// Red, green and blue of a colour, in display values from 0 to 1.
+    ///
+    /// # Panics
+    /// If the table has no such colour.
+    #[must_use]
+    pub fn color(&self, name: &str) -> [f64; 3] {
+        let values = self.values.get(name).and_then(|values| values.try_into().ok());
+        values.expect("the colour is in the table of the kind")
+    }
+
+    /// Word of a choice.
+    ///
+    /// # Panics
+    /// If the table has no such choice.
+    #[must_use]
+    pub fn word(&self, name: &str) -> &'static str {
+        let mut parameters = self.parameters();
+        let found = parameters.find(|(parameter, _)| parameter.name == name);
+        found.and_then(|(parameter, values)| parameter.word(values)).expect("the table has it")
+    }
+}
+
+impl fmt::Display for Effect {
+    /// Writes the effect's line, the palette, then each parameter on its own line.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, ".effect {}", self.kind)?;
+        if let Some(palette) = &self.palette {
+            write!(f, "{palette}")?;
+        }
+        write!(f, "{}", self.values)
+    }
+}
+
+/// Checks the order and the number of effects.
+pub(crate) fn check(effects: &[Effect]) -> Result<(), EffectsError> {
+    for (index, effect) in effects.iter().enumerate() {
+        check_next(&effects[..index], effect.kind())?;
+    }
+    Ok(())
+}
+
+/// Checks that an effect of a kind can follow others.
+pub(crate) fn check_next(others: &[Effect], kind: EffectKind) -> Result<(), EffectsError> {
+    if others.is_empty() && kind != EffectKind::Light {
+        return Err(EffectsError::First(kind));
+    }
+    match others.iter().any(|other| other.kind() == kind) {
+        true => Err(EffectsError::Twice(kind)),
+        false => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests;

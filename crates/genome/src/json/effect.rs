@@ -1,0 +1,123 @@
+//! JSON form of effects.
+
+use std::collections::BTreeMap;
+
+use brood_brdf::{ParameterKind, display_codes};
+use serde::{Deserialize, Serialize};
+
+use super::pointer::escaped;
+use crate::ParameterValues;
+use crate::effect::{self, Effect, EffectKind, Palette, hex};
+
+/// An effect and its parameters. Parameters that are missing have their defaults.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EffectJson {
+    kind: String,
+    #[serde(default)]
+    parameters: BTreeMap<String, EffectValueJson>,
+}
+
+/// Value of a parameter of an effect.
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, expecting = "a number, a word, a list of numbers or a list of colours")]
+enum EffectValueJson {
+    Number(f64),
+    /// Word of a choice, or a colour.
+    Word(String),
+    Edges(Vec<f64>),
+    Palette(Vec<String>),
+}
+
+impl EffectJson {
+    pub(super) fn of(effect: &Effect) -> Self {
+        let own = effect.parameters().map(|(parameter, values)| {
+            let value = match parameter.kind {
+                ParameterKind::Choice { .. } | ParameterKind::DisplayColor { .. } => {
+                    EffectValueJson::Word(parameter.text(values))
+                }
+                ParameterKind::Scalar { .. } | ParameterKind::Color { .. } => {
+                    EffectValueJson::Number(values[0])
+                }
+            };
+            (parameter.name.to_owned(), value)
+        });
+        let mut parameters: BTreeMap<_, _> = own.collect();
+        if let Some(palette) = effect.palette() {
+            let colors = palette.colors().iter().map(hex).collect();
+            let edges = palette.edges().to_vec();
+            parameters.insert(Palette::COLORS.to_owned(), EffectValueJson::Palette(colors));
+            parameters.insert(Palette::EDGES.to_owned(), EffectValueJson::Edges(edges));
+        }
+        Self { kind: effect.kind().name().to_owned(), parameters }
+    }
+
+    /// Parses the effect. An error is a JSON pointer relative to it, and a reason.
+    fn parse(&self) -> Result<Effect, (String, String)> {
+        let kind = EffectKind::from_name(&self.kind).ok_or_else(|| {
+            let known = EffectKind::ALL.map(EffectKind::name).join(", ");
+            ("/kind".to_owned(), format!("unknown effect; known effects: {known}"))
+        })?;
+        let mut values = ParameterValues::new(kind.name(), kind.parameters());
+        let (mut colors, mut edges) = (None, None);
+        for (name, value) in &self.parameters {
+            let set = match (name.as_str(), value) {
+                (Palette::COLORS, EffectValueJson::Palette(words)) if kind.has_palette() => {
+                    colors = Some(parse_colors(words)?);
+                    Ok(())
+                }
+                (Palette::EDGES, EffectValueJson::Edges(numbers)) if kind.has_palette() => {
+                    edges = Some(numbers.clone());
+                    Ok(())
+                }
+                // An empty list is read as one of numbers.
+                (Palette::COLORS, EffectValueJson::Edges(numbers))
+                    if kind.has_palette() && numbers.is_empty() =>
+                {
+                    colors = Some(Vec::new());
+                    Ok(())
+                }
+                (Palette::COLORS, _) if kind.has_palette() => {
+                    return Err((pointer(name), "expected a list of colours".to_owned()));
+                }
+                (Palette::EDGES, _) if kind.has_palette() => {
+                    return Err((pointer(name), "expected a list of numbers".to_owned()));
+                }
+                (_, EffectValueJson::Number(number)) => values.set(name, &[*number]),
+                (_, EffectValueJson::Word(word)) => values.choose(name, word),
+                (_, EffectValueJson::Edges(numbers)) => values.set(name, numbers),
+                (_, EffectValueJson::Palette(words)) => values.choose(name, &words.join(" ")),
+            };
+            set.map_err(|error| (pointer(name), error.to_string()))?;
+        }
+        let palette = Palette::new(colors, edges)
+            .map_err(|error| (pointer(error.parameter()), error.to_string()))?;
+        Effect::new(kind, values, kind.has_palette().then_some(palette))
+            .map_err(|error| (pointer(error.parameter), error.reason))
+    }
+}
+
+/// Parses all effects. An error is a JSON pointer relative to the list, and a reason.
+pub(super) fn parse_all(effects: &[EffectJson]) -> Result<Vec<Effect>, (String, String)> {
+    let mut parsed = Vec::new();
+    for (index, json) in effects.iter().enumerate() {
+        let effect = json.parse().map_err(|(at, reason)| (format!("/{index}{at}"), reason))?;
+        effect::check_next(&parsed, effect.kind())
+            .map_err(|error| (format!("/{index}/kind"), error.to_string()))?;
+        parsed.push(effect);
+    }
+    Ok(parsed)
+}
+
+fn parse_colors(words: &[String]) -> Result<Vec<[u8; 3]>, (String, String)> {
+    let color = |(index, word): (usize, &String)| {
+        let pointer = format!("{}/{index}", pointer(Palette::COLORS));
+        display_codes(word).ok_or((pointer, "expected a colour like #2b1e46".to_owned()))
+    };
+    words.iter().enumerate().map(color).collect()
+}
+
+/// JSON pointer to a parameter, relative to the effect.
+fn pointer(name: &str) -> String {
+    format!("/parameters/{}", escaped(name))
+}

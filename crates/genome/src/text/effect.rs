@@ -1,0 +1,113 @@
+//! Parser of the lines of an effect.
+
+use brood_brdf::display_codes;
+
+use super::TextError;
+use super::cursor::{Cursor, Word, quote, shortened};
+use crate::ParameterValues;
+use crate::effect::{Effect, EffectKind, Palette};
+
+/// Effect whose lines are being read.
+pub(super) struct EffectReader {
+    kind: EffectKind,
+    values: ParameterValues,
+    colors: Option<Vec<[u8; 3]>>,
+    edges: Option<Vec<f64>>,
+    /// Line and column of the `.effect` line.
+    begin: (u32, u32),
+    /// Names of the parameters given, each with line and column of its first value.
+    given: Vec<(String, (u32, u32))>,
+}
+
+impl EffectReader {
+    /// Reads the rest of an `.effect` line.
+    pub(super) fn new(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Self, TextError> {
+        let word = cursor.word("the name of an effect")?;
+        let kind = EffectKind::from_name(word.text).ok_or_else(|| {
+            let known = EffectKind::ALL.map(EffectKind::name).join(", ");
+            word.error(format!("unknown effect {}; known effects: {known}", quote(word.text)))
+        })?;
+        Ok(Self {
+            kind,
+            values: ParameterValues::new(kind.name(), kind.parameters()),
+            colors: None,
+            edges: None,
+            begin: (directive.line, directive.column),
+            given: Vec::new(),
+        })
+    }
+
+    pub(super) fn kind(&self) -> EffectKind {
+        self.kind
+    }
+
+    /// Reads a line of a parameter, a palette or edges; `word` is its name.
+    pub(super) fn parameter(
+        &mut self,
+        cursor: &mut Cursor<'_>,
+        word: Word<'_>,
+    ) -> Result<(), TextError> {
+        let name = word.text;
+        if self.given.iter().any(|(given, _)| given == name) {
+            return Err(word.error(format!("{name} is given twice")));
+        }
+        let mut values = Vec::new();
+        while !cursor.is_at_end() {
+            values.push(cursor.word("a value")?);
+        }
+        let at = *values.first().unwrap_or(&word);
+        self.given.push((name.to_owned(), (at.line, at.column)));
+        match (name, self.kind.has_palette()) {
+            (Palette::COLORS, true) => {
+                self.colors = Some(values.iter().map(color).collect::<Result<_, _>>()?);
+            }
+            (Palette::EDGES, true) => {
+                self.edges = Some(values.iter().map(edge).collect::<Result<_, _>>()?);
+            }
+            _ => {
+                let known = self.names();
+                if !known.contains(&name) {
+                    let (kind, name, known) = (self.kind, quote(name), known.join(", "));
+                    let reason = format!("{kind} has no parameter {name}; it has {known}");
+                    return Err(word.error(reason));
+                }
+                let text: Vec<&str> = values.iter().map(|value| value.text).collect();
+                let set = self.values.set_text(name, &text.join(" "));
+                set.map_err(|error| at.error(shortened(&error.to_string())))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the effect.
+    pub(super) fn finish(self) -> Result<Effect, TextError> {
+        let Self { kind, values, colors, edges, begin, given } = self;
+        let error = |parameter: &str, reason: String| {
+            let found = given.iter().find(|(name, _)| name == parameter);
+            let (line, column) = found.map_or(begin, |(_, at)| *at);
+            TextError { line, column, reason }
+        };
+        let palette = Palette::new(colors, edges)
+            .map_err(|palette| error(palette.parameter(), palette.to_string()))?;
+        Effect::new(kind, values, kind.has_palette().then_some(palette))
+            .map_err(|effect| error(effect.parameter, effect.reason))
+    }
+
+    /// Names of the parameters of the kind.
+    fn names(&self) -> Vec<&'static str> {
+        let palette = [Palette::COLORS, Palette::EDGES].into_iter();
+        let palette = palette.filter(|_| self.kind.has_palette());
+        palette.chain(self.kind.parameters().iter().map(|parameter| parameter.name)).collect()
+    }
+}
+
+fn color(word: &Word<'_>) -> Result<[u8; 3], TextError> {
+    display_codes(word.text).ok_or_else(|| {
+        word.error(format!("expected a colour like #2b1e46, got {}", quote(word.text)))
+    })
+}
+
+fn edge(word: &Word<'_>) -> Result<f64, TextError> {
+    let number = word.text.parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| word.error(format!("expected a number, got {}", quote(word.text))))
+}
