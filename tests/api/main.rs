@@ -35,6 +35,7 @@ mod lock;
 mod mesh;
 mod model;
 mod operation;
+mod painted;
 mod picture;
 mod preset;
 mod scene;
