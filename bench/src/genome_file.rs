@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use brood_genome::Genome;
 
 use crate::output::read_input;
@@ -24,6 +24,18 @@ pub fn read(path: &Path) -> Result<Genome> {
         }
     };
     parse(&bytes).with_context(name)
+}
+
+/// Reads the genome of a BRDF at `path`, for uses that a painted material does not have.
+///
+/// # Errors
+/// As [`read`], and if the genome is a painted material.
+pub fn read_brdf(path: &Path) -> Result<Genome> {
+    let genome = read(path)?;
+    if genome.is_painted() {
+        bail!("{}: a painted material is not a BRDF", path.display());
+    }
+    Ok(genome)
 }
 
 /// Reads the bytes of the file or of stdin.

@@ -46,6 +46,19 @@ pub fn read(path: &Path) -> Result<MaterialFile> {
     Ok(MaterialFile::Measured(brdf, kind.words()))
 }
 
+/// Like [`read`], for uses that a painted material does not have.
+///
+/// # Errors
+/// As [`read`], and if the genome is a painted material.
+pub fn read_brdf(path: &Path) -> Result<MaterialFile> {
+    match read(path)? {
+        MaterialFile::Bred(genome) if genome.is_painted() => {
+            bail!("{}: a painted material is not a BRDF", name(path))
+        }
+        material => Ok(material),
+    }
+}
+
 /// Like [`read`]; `keep_negative` keeps values below 0, which only RGL tables have.
 ///
 /// # Errors

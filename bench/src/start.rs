@@ -168,7 +168,8 @@ impl First {
             Self::Presets => {
                 let presets = PRESETS.iter().map(|preset| preset.genome());
                 let length = Dialect::default().length;
-                let padded = presets.filter(|genome| fits(genome.dialect()));
+                let padded =
+                    presets.filter(|genome| fits(genome.dialect()) && !genome.is_painted());
                 let padded = padded.filter_map(|genome| genome.clone().padded(length).ok());
                 padded.take(CHILDREN as usize).collect()
             }

@@ -35,6 +35,18 @@ pub struct Material {
     pub program: Program,
 }
 
+/// Checks that a genome is a BRDF, for exports and measurements that a painted material does not
+/// have.
+///
+/// # Errors
+/// [`ApiError`] if the genome is painted.
+pub fn check_brdf(genome: &Genome) -> Result<(), ApiError> {
+    match genome.is_painted() {
+        true => Err(ApiError::refused("a painted material is not a BRDF")),
+        false => Ok(()),
+    }
+}
+
 /// Optical properties of a material in a scene.
 #[derive(Debug, Clone)]
 pub struct Optics {
@@ -209,6 +221,16 @@ impl Library {
             run_blocking(read).await?
         };
         Ok(self.materials.try_get_with(hash, read).await?)
+    }
+
+    /// Returns a material that is a BRDF, by its genome's hash.
+    ///
+    /// # Errors
+    /// As [`Library::material`], and if the material is painted.
+    pub async fn brdf(&self, hash: GenomeHash) -> Result<Arc<Material>, ApiError> {
+        let material = self.material(hash).await?;
+        check_brdf(&material.genome)?;
+        Ok(material)
     }
 
     /// Returns the cached inspection of a genome.

@@ -171,6 +171,12 @@ impl<'a> SceneView<'a> {
         hasher.finalize()
     }
 
+    fn points_key(&self, raster: Raster) -> blake3::Hash {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.set_key(raster).as_bytes()).update(b"points");
+        hasher.finalize()
+    }
+
     fn spheres_key(&self, side: u32) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.key.as_bytes()).update(b"lit spheres").update(&side.to_le_bytes());
@@ -218,6 +224,15 @@ impl Caches {
     pub(crate) fn sample_set(&self, view: &SceneView<'_>, raster: Raster) -> Arc<SampleSet> {
         self.set_of(view, raster, || {
             let set = view.render(raster);
+            let bytes = bytes_of_set(&set);
+            (set, bytes)
+        })
+    }
+
+    /// Returns the points of a raster with their lights, for painted materials.
+    pub(crate) fn points(&self, view: &SceneView<'_>, raster: Raster) -> Arc<SampleSet> {
+        self.timed_set(view.points_key(raster), || {
+            let set = SampleSet::render_points(view.mesh, view.scene, view.assets, raster);
             let bytes = bytes_of_set(&set);
             (set, bytes)
         })

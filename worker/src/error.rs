@@ -47,6 +47,14 @@ pub enum RenderError {
     /// The subject does not exist.
     #[error("{0}")]
     Missing(String),
+    /// Painted materials distinguish fewer lights.
+    #[error("painted materials are rendered with at most {most} lights, got {given}")]
+    Lights {
+        /// Number of lights of the scene.
+        given: usize,
+        /// Largest number of lights.
+        most: usize,
+    },
     /// Pictures of automatic exposure cannot be compared.
     #[error("a difference needs a fixed exposure")]
     AutoDifference,

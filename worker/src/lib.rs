@@ -36,6 +36,7 @@ mod gpu_benchmark;
 mod job;
 mod lease;
 mod light_asset_cache;
+mod painted_picture;
 mod render_counters;
 mod render_thread;
 mod render_worker;

@@ -112,7 +112,7 @@ fn counters(
             pictures: 1,
             operations_written: written.sum::<u64>() * rays,
             operations_executed: picture.operations,
-            inputs_known: (programs.len() * Input::ALL.len()) as u64,
+            inputs_known: (programs.len() * Input::SYMMETRIC) as u64,
             inputs_read: inputs_read.sum(),
             samples_lit: picture.samples,
             ..RenderStats::default()

@@ -25,6 +25,7 @@ use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
 use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner, SampledPicture};
 use crate::evaluator::Evaluators;
+use crate::painted_picture::painted_images;
 use crate::render_counters::micros;
 use crate::shot::{BATCH_FLOATS, Method, Shot};
 use crate::target_cache::TargetCache;
@@ -289,6 +290,7 @@ impl Renderer {
         let prefilters = sampling == Sampling::Adaptive && scene.is_prefilterable();
         let method = |program: &Program| Method::of(program, prefilters);
         let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
+        let tools = (&self.caches, &self.evaluators);
         for own_method in Method::ALL {
             let pairs = programs.iter().enumerate();
             let own = pairs.filter(|(_, program)| method(program) == own_method);
@@ -300,9 +302,9 @@ impl Renderer {
                 Method::Samples => self.sampled_images(&shot, &own, &finish)?,
                 Method::Tables => self.prefiltered_images(&shot, &own, &finish)?,
                 Method::Direct(lobes) => {
-                    let tools = (&self.caches, &self.evaluators);
                     banded_images(&shot, lobes, &own, tools, &mut self.buffer(), &finish)?
                 }
+                Method::Points => painted_images(&shot, &own, tools, &finish)?,
             };
             for (place, image) in places.into_iter().zip(images) {
                 done[place] = Some(image);

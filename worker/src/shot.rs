@@ -41,15 +41,25 @@ pub(crate) enum Method {
     Tables,
     /// Few samples of the mean radiance of environments.
     Direct(LobeShape),
+    /// Points with all lights, for painted materials.
+    Points,
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 4] =
-        [Self::Samples, Self::Tables, Self::Direct(LobeShape::Round), Self::Direct(LobeShape::Any)];
+    pub(crate) const ALL: [Self; 5] = [
+        Self::Samples,
+        Self::Tables,
+        Self::Direct(LobeShape::Round),
+        Self::Direct(LobeShape::Any),
+        Self::Points,
+    ];
 
     /// Returns the method of a program; `prefilters` is true if the picture may prefilter
     /// environments.
     pub(crate) fn of(program: &Program, prefilters: bool) -> Self {
+        if program.is_painted() {
+            return Self::Points;
+        }
         match prefilters {
             false => Self::Samples,
             true if is_prefilterable(program) => Self::Tables,

@@ -34,8 +34,8 @@ impl Input {
     /// Any direction pair and any finite `uv`; the result is finite and within [-65504, 65504].
     ///
     /// # Error
-    /// Inputs of BRDFs are exactly symmetric: `evaluate(pair) == evaluate(pair.swapped())` bit for bit
-    /// (`input_is_bit_equal_when_directions_are_swapped`).
+    /// Inputs of BRDFs are exactly symmetric: `evaluate(pair) == evaluate(pair.swapped())` bit for
+    /// bit (`input_is_bit_equal_when_directions_are_swapped`).
     #[must_use]
     pub fn evaluate(self, pair: &DirectionPair, uv: DVec2) -> f64 {
         let (cos_i, cos_o) = (pair.cos_i(), pair.cos_o());

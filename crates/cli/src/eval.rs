@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use brood_bench::material_file::{self, MaterialFile};
 use brood_bench::{logging, output};
 use brood_brdf::{Brdf, DirectionPair, pairs_from_csv};
@@ -58,6 +58,9 @@ pub fn run(args: &EvalArgs, json: bool) -> Result<()> {
         MaterialFile::Bred(genome) => *genome,
         MaterialFile::Measured(brdf, kind) => return run_brdf(args, &*brdf, kind, json),
     };
+    if genome.is_painted() {
+        bail!("{}: a painted material is not a BRDF", args.genome.display());
+    }
     let limited = args.limit || genome.is_limited();
     let mut program = Program::lower(&genome);
     let limit = limited.then(|| energy_limit(&program));

@@ -68,7 +68,7 @@ struct Answer {
 pub fn run(args: &EvolveArgs) -> Result<()> {
     logging::start_offline();
     let start: Vec<Genome> =
-        args.start.iter().map(|path| genome_file::read(path)).collect::<Result<_>>()?;
+        args.start.iter().map(|path| genome_file::read_brdf(path)).collect::<Result<_>>()?;
     if let Some(other) = start.iter().find(|one| !one.dialect().is_compatible(start[0].dialect())) {
         bail!(
             "the starting genomes must have one dialect, got {} and {}",

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use brood_bench::{genome_file, logging, output};
 use brood_eval::express;
 use brood_export::{Format, export};
@@ -30,10 +30,7 @@ pub struct ExportArgs {
 /// Runs the command.
 pub fn run(args: &ExportArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let genome = genome_file::read(&args.genome)?;
-    if genome.is_painted() {
-        bail!("{}: a painted material is not a BRDF and cannot be exported", args.genome.display());
-    }
+    let genome = genome_file::read_brdf(&args.genome)?;
     let limited = args.limit.unwrap_or(genome.is_limited());
     let program = express(&genome.with_limit(limited));
     let text = export(&program, args.format);

@@ -26,7 +26,7 @@ pub struct InspectArgs {
 /// Runs the command.
 pub fn run(args: &InspectArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let genome = genome_file::read(&args.genome)?;
+    let genome = genome_file::read_brdf(&args.genome)?;
     if let Some(path) = &args.slice {
         let slice = image_slice(&express(&genome), args.slice_size);
         output::write_file(path, &encode_png(slice.size_px, slice.size_px, &slice.rgba))?;

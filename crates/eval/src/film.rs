@@ -3,6 +3,7 @@
 mod backdrop;
 mod developed;
 mod exposure;
+mod paint;
 mod refinement;
 mod rough;
 mod srgb;
@@ -15,6 +16,7 @@ use brood_brdf::{Level, SimdKernel};
 use brood_scene::{Film, SampleSet};
 pub use developed::Developed;
 pub use exposure::Gain;
+pub use paint::{develop_colors, linear_colors};
 pub use refinement::{Refinement, refine_lone_rays, refine_radiance};
 pub use rough::{FineSamples, RoughTile, rough_pixels, rough_tile_count, rough_tiles};
 pub use srgb::{decode_srgb, encode_srgb};

@@ -236,7 +236,10 @@ fn sum(a: &[f32], b: &[f32]) -> f32 {
 #[must_use]
 pub fn is_prefilterable(program: &Program) -> bool {
     let inputs = program.inputs();
-    !is_anisotropic(program) && !inputs.contains(Input::U) && !inputs.contains(Input::V)
+    !program.is_painted()
+        && !is_anisotropic(program)
+        && !inputs.contains(Input::U)
+        && !inputs.contains(Input::V)
 }
 
 #[cfg(test)]

@@ -7,12 +7,13 @@
 
 use std::sync::OnceLock;
 
+use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
-use brood_scene::{Exposure, SampleSet, Sampling, Scene};
+use brood_scene::{Exposure, PixelArea, Raster, SampleSet, Sampling, Scene};
 use rayon::prelude::*;
 
-use crate::{CanonicalEvaluator, Evaluator, Gain, develop_samples};
+use crate::{CanonicalEvaluator, Evaluator, Gain, develop_colors, develop_samples};
 
 /// Side of a preview; its lit samples fit into one block of the evaluators.
 const SIZE_PX: u32 = 19;
@@ -37,6 +38,20 @@ fn samples() -> &'static SampleSet {
     })
 }
 
+/// Returns the points of the preview scene, for painted materials.
+fn points() -> &'static SampleSet {
+    static POINTS: OnceLock<SampleSet> = OnceLock::new();
+    POINTS.get().unwrap_or_else(|| {
+        // Not inside `get_or_init`, as above.
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let (sampling, area) = (Sampling::Fixed(1), PixelArea::whole(SIZE_PX));
+        let raster = Raster { size_px: SIZE_PX.into(), sampling, area };
+        let set =
+            SampleSet::render_points(&mesh, &Scene::default(), &LightAssets::default(), raster);
+        POINTS.get_or_init(|| set)
+    })
+}
+
 /// A preview of a program: the colours of the pixels that the object covers, at automatic exposure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preview {
@@ -54,12 +69,16 @@ impl Preview {
     /// Renders the preview of a program.
     #[must_use]
     pub fn of(program: &Program) -> Self {
-        let set = samples();
+        let is_painted = program.is_painted();
+        let set = if is_painted { points() } else { samples() };
         let mut f = Vec::new();
         CanonicalEvaluator::default()
             .eval(&[program], set, &mut f)
             .expect("memory for a few hundred samples");
-        let picture = develop_samples(set, &f, Gain::new(Exposure::Auto, set, &f));
+        let picture = match is_painted {
+            true => develop_colors(set, &f),
+            false => develop_samples(set, &f, Gain::new(Exposure::Auto, set, &f)),
+        };
         let pixels = picture.rgba.as_chunks::<4>().0.iter();
         let codes: Vec<[u8; 3]> =
             pixels.filter(|[.., alpha]| *alpha > 0).map(|[r, g, b, _]| [*r, *g, *b]).collect();

@@ -1,7 +1,7 @@
 //! Effects of painted materials: a light effect with a palette, and overlays over it.
 //!
-//! A painted genome mixes colours of a display by weights that sum to 1. It is not a BRDF: it has no
-//! layers, output stage or energy limit. docs/maths/painted.md has the formulas.
+//! A painted genome mixes colours of a display by weights that sum to 1. It is not a BRDF: it has
+//! no layers, output stage or energy limit. docs/maths/painted.md has the formulas.
 
 mod kind;
 mod palette;

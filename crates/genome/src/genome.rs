@@ -13,10 +13,10 @@ pub const LAYERS_MAX: usize = 4;
 /// A BRDF as a fixed-length program, layers of models, or both; or a painted material as effects,
 /// with or without a program.
 ///
-/// Of a BRDF, f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the program:
-/// R0.xyz after the last instruction. A genome without a program has length 0, and at least one
-/// layer or effect. A genome with effects has no layers, the identity as output stage and no energy
-/// limit.
+/// A BRDF is f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the
+/// program: R0.xyz after the last instruction. A genome without a program has length 0, and at
+/// least one layer or effect. A genome with effects has no layers, the identity as output stage and
+/// no energy limit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Genome {
     dialect: Dialect,

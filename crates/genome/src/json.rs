@@ -1,12 +1,14 @@
 //! JSON form of a genome: the words of the text form in a structure that scripts can edit.
 
 mod effect;
+mod pointer;
 
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
 use effect::EffectJson;
+use pointer::{escaped, pointer};
 
 use crate::text::{parse_destination, parse_operand};
 use crate::{
@@ -234,22 +236,6 @@ fn serde_path(value: serde_json::Value) -> Result<GenomeJson, (String, String)> 
     check_numbers(&value)?;
     serde_path_to_error::deserialize(value)
         .map_err(|error| (pointer(error.path()), error.inner().to_string()))
-}
-
-/// Escapes a key for a JSON pointer.
-fn escaped(key: &str) -> String {
-    key.replace('~', "~0").replace('/', "~1")
-}
-
-fn pointer(path: &serde_path_to_error::Path) -> String {
-    use serde_path_to_error::Segment;
-    let segment = |segment: &Segment| match segment {
-        Segment::Seq { index } => format!("/{index}"),
-        Segment::Map { key } => format!("/{}", escaped(key)),
-        Segment::Enum { variant } => format!("/{variant}"),
-        Segment::Unknown => String::new(),
-    };
-    path.iter().map(segment).collect()
 }
 
 /// Checks the constants before deserialisation, because f32 fields would read 1e39 as infinity and

@@ -1,5 +1,5 @@
 //! Presets: hand-written materials that serve as readable examples of genomes and as starting
-//! points for breeding. Programs come first, then models.
+//! points for breeding. Programs come first, then models, then painted materials.
 //!
 //! The texts are in the folder `presets` of the crate, their order in [`PRESETS`]. How they look is
 //! checked by the pictures that the `preset` test renders.
@@ -99,6 +99,28 @@ presets! {
         "A mirror that is slightly rough: a conductor with chromium's refractive index and extinction."
     "model-porcelain" "Porcelain"
         "A white body under a smooth glaze."
+    "paint-clay" "Painted clay"
+        "A dark and a bright colour of paint, mixed over the whole sphere of light."
+    "paint-toon" "Tooned diffuse"
+        "Three flat colours with sharp edges."
+    "paint-cartoon" "Cartoon"
+        "Flat colours, a dark outline and a hard highlight."
+    "paint-ink" "Chinese ink"
+        "Ink on paper, darker where the surface turns away."
+    "paint-watercolor" "Water colour"
+        "Pale blue washes whose borders wander."
+    "paint-brush" "Brush strokes"
+        "Ochre fields with edges that bristles have broken up."
+    "paint-airbrush" "Airbrush"
+        "One smooth curve from violet to cream, with a soft gleam."
+    "paint-gouache" "Gouache"
+        "Flat greens with soft borders."
+    "paint-stage" "Stage plaster"
+        "White plaster that takes the colours of the lights."
+    "paint-mist" "Slate in mist"
+        "Grey slate whose far side fades away."
+    "paint-comic-metal" "Comic metal"
+        "Bands of bright and dark steel with a glint."
 }
 
 impl Preset {

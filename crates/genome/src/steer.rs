@@ -80,6 +80,9 @@ pub enum SteerError {
     /// There is no parent.
     #[error("`steer` needs a parent: children are compared with the first parent")]
     NoParent,
+    /// The first parent is painted.
+    #[error("`steer` compares BRDFs; the first parent is a painted material")]
+    Painted,
     /// The children cannot have a pattern.
     #[error(
         "`{}` needs children that can vary over the surface: these are homogeneous, \
@@ -134,6 +137,9 @@ impl Steer {
             return Ok(());
         }
         let Some(first) = parents.first() else { return Err(SteerError::NoParent) };
+        if first.is_painted() {
+            return Err(SteerError::Painted);
+        }
         let is_homogeneous = constraints.homogeneous.unwrap_or(first.dialect().homogeneous);
         let has_program = parents.iter().any(|parent| !parent.instructions().is_empty());
         for word in words {

@@ -1,10 +1,10 @@
 //! Encoding of tapes as the words that the shader reads.
 //!
 //! A batch is a directory of one entry per program, then the constants and steps of all of them. An
-//! entry has 21 words: first and end of the steps, first constant, three result operands, and
-//! fifteen numbers of the output stage (matrix, scale, offset). A step has two words: the operation
-//! above the destination register, then the second operand above the first, 16 bits each. An
-//! operand is a kind above an index.
+//! entry has 22 words: first and end of the steps, first constant, three result operands, fifteen
+//! numbers of the output stage (matrix, scale, offset), and 1 if the results are colours. A step
+//! has two words: the operation above the destination register, then the second operand above the
+//! first, 16 bits each. An operand is a kind above an index.
 
 use brood_brdf::InputMask;
 use brood_program::{Program, Tape, TapeOperand};
@@ -14,7 +14,7 @@ use crate::operation::cost;
 use crate::threads;
 
 /// Number of words of a directory entry.
-pub(crate) const ENTRY_WORDS: u32 = 21;
+pub(crate) const ENTRY_WORDS: u32 = 22;
 /// Number of bits of the index of an operand; the kind is above.
 pub(crate) const INDEX_BITS: u32 = 14;
 /// Largest number of steps of a program: some drivers silently end a loop after 65,535 iterations.
@@ -40,6 +40,9 @@ pub(crate) struct Encoded {
     results: [u32; 3],
     /// Output stage as the bits of f32: matrix, scale, offset.
     output: [u32; 15],
+    /// True if the results are colours, which are neither squared nor sent through the output
+    /// stage.
+    is_color: bool,
     registers: u32,
     /// See [`Encoded::rounds`].
     rounds: u64,
@@ -84,6 +87,7 @@ impl Encoded {
                 let number = numbers.next().or_else(|| offsets.next());
                 number.expect("an output stage is fifteen numbers").to_bits()
             }),
+            is_color: program.is_color(),
             registers: tape.registers().into(),
             rounds: tape.steps().iter().map(|step| cost(step.operation)).sum::<u64>() + 4,
         })
@@ -125,7 +129,8 @@ pub(crate) fn pack(programs: &[Encoded]) -> Vec<u32> {
         let end = steps + u32::try_from(program.steps.len()).expect("bounded by MAX_STEPS");
         entry[..3].copy_from_slice(&[steps, end, constants]);
         entry[3..6].copy_from_slice(&program.results);
-        entry[6..].copy_from_slice(&program.output);
+        entry[6..21].copy_from_slice(&program.output);
+        entry[21] = program.is_color.into();
     }
     words
 }

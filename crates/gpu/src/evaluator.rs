@@ -4,7 +4,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use brood_brdf::{Input, InputMask};
-use brood_eval::{EvalError, EvalResult, Evaluator};
+use brood_eval::{EvalError, EvalResult, Evaluator, Lowered};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
@@ -111,6 +111,8 @@ impl GpuEvaluator {
         set: &SampleSet,
         out: &mut Vec<f32>,
     ) -> Result<BatchTiming, EvalError> {
+        let lowered = Lowered::of(programs, set)?;
+        let programs = &*lowered.programs();
         reject_layers(programs).map_err(eval_error)?;
         // Every value is written below; values of the last batch need not be cleared.
         out.resize(programs.len() * 3 * set.len(), 0.0);

@@ -72,7 +72,8 @@ fn execute(operation: u32, a: V, b: V) -> V {
     }
 }
 
-// f of a program: its steps, then the squares of its results through the output stage.
+// f of a program: its steps, then the squares of its results through the output stage; or its
+// results, if they are colours.
 fn reflectance(program: u32, place: Place) -> array<V, 3> {
     let entry = program * ENTRY_WORDS;
     let end = words[entry + 1u];
@@ -87,6 +88,9 @@ fn reflectance(program: u32, place: Place) -> array<V, 3> {
     let red = fetch(words[entry + 3u], constants, place);
     let green = fetch(words[entry + 4u], constants, place);
     let blue = fetch(words[entry + 5u], constants, place);
+    if words[entry + 21u] == 1u {
+        return array<V, 3>(red, green, blue);
+    }
     let squares = array<V, 3>(product(red, red), product(green, green), product(blue, blue));
     // Nine numbers of the matrix, row by row, then three scales and three offsets.
     let output = entry + 6u;

@@ -27,7 +27,7 @@ pub(crate) fn probe(engine: &mut Engine) -> Result<Finding, GpuError> {
     let inputs = inputs();
     let references: Vec<&Program> = programs.iter().collect();
     let rows = Rows {
-        mask: Input::ALL.into_iter().collect::<InputMask>(),
+        mask: Input::symmetric().collect::<InputMask>(),
         set: None,
         row: &|input| &inputs[input.index()],
         len: SAMPLES,
@@ -117,8 +117,7 @@ fn sweeps() -> Vec<Genome> {
 pub(crate) fn inputs() -> Vec<Vec<f32>> {
     let key = BirthKey { seed: 12, slot: 0, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);
-    Input::ALL
-        .into_iter()
+    Input::symmetric()
         .map(|input| {
             let wide = matches!(input, Input::U | Input::V);
             let mut number = || {

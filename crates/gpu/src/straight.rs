@@ -53,6 +53,10 @@ fn write_body(text: &mut String, program: &Program) -> std::fmt::Result {
         let call = call(step.operation, &name(step.a), &name(step.b));
         writeln!(text, "let s{index} = {call};")?;
     }
+    if program.is_color() {
+        let [red, green, blue] = program.results().map(name);
+        return writeln!(text, "return array<V, 3>({red}, {green}, {blue});");
+    }
     for (channel, result) in program.results().iter().enumerate() {
         let g = name(*result);
         writeln!(text, "let q{channel} = product({g}, {g});")?;

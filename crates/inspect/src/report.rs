@@ -79,7 +79,7 @@ pub fn inspect(genome: &Genome) -> Inspection {
             numbered_operations: counts.numbered_operations,
             operations: counts.operations,
             inputs_read: inputs.len(),
-            inputs_known: Input::ALL.len(),
+            inputs_known: Input::SYMMETRIC,
             registers: Tape::new(&program).registers().into(),
         },
         inputs,

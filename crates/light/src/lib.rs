@@ -40,5 +40,5 @@ pub use light::{
     AREA_SAMPLES, AmbientLight, DirectionalLight, DiskLight, ENVIRONMENT_SAMPLES, EnvironmentLight,
     IesLight, Light, PointLight, Quantity, RectangleLight, SphereLight, SpotLight, Strength,
 };
-pub use sampler::{LightSample, LightSampler, Receiver};
+pub use sampler::{CentralLight, LightSample, LightSampler, Receiver};
 pub use sequence::ray_seed;

@@ -47,7 +47,7 @@ use crate::assets::{AssetRef, LightAssets};
 use crate::environment::PrefilteredEnvironment;
 use crate::field::FieldError;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::{CentralLight, LightSample, Receiver};
 use kind::{At, Kind, Source};
 
 /// Defines [`Light`] and [`LightSource`] by the list of kinds.
@@ -144,6 +144,16 @@ macro_rules! kinds {
                 match self {
                     $(Self::$variant(source) => source.unoccluded_irradiance(position, n),)*
                 }
+            }
+
+            /// Returns the light as if all of it came from its middle.
+            pub fn central(&self, position: DVec3, mean: Option<DVec3>) -> Option<CentralLight> {
+                match self { $(Self::$variant(source) => source.central(position, mean),)* }
+            }
+
+            /// Returns the mean direction to a light that is the same at every position.
+            pub fn mean_direction(&self) -> Option<DVec3> {
+                match self { $(Self::$variant(source) => source.mean_direction(),)* }
             }
 
             /// Returns the approximate maximum of the irradiance at the centre of the mesh.

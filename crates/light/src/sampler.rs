@@ -12,7 +12,7 @@ mod tests;
 use brood_mesh::UnitFrame;
 use glam::DVec3;
 
-pub use sample::{LightSample, Receiver};
+pub use sample::{CentralLight, LightSample, Receiver};
 
 use crate::assets::LightAssets;
 use crate::environment::PrefilteredEnvironment;
@@ -80,6 +80,19 @@ impl LightSampler {
     #[must_use]
     pub fn is_soft(&self) -> bool {
         self.source.as_ref().is_some_and(LightSource::is_soft)
+    }
+
+    /// Returns the mean direction to an environment, for [`LightSampler::central`].
+    #[must_use]
+    pub fn mean_direction(&self) -> Option<DVec3> {
+        self.source.as_ref()?.mean_direction()
+    }
+
+    /// Returns the light at a position as if all of it came from its middle; `None` if it does not
+    /// reach the position. `mean` is that of [`LightSampler::mean_direction`].
+    #[must_use]
+    pub fn central(&self, position: DVec3, mean: Option<DVec3>) -> Option<CentralLight> {
+        self.source.as_ref()?.central(position, mean)
     }
 
     /// Returns the approximate irradiance of an extended light without occlusion, in the brightest

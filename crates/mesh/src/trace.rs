@@ -38,6 +38,15 @@ pub struct Hit {
     distance: f64,
 }
 
+impl Hit {
+    /// Returns a point of the plane of a triangle as a hit. Outside of the triangle, weights are
+    /// negative or above 1.
+    #[must_use]
+    pub fn on_plane(triangle: usize, weights: [f64; 3]) -> Self {
+        Self { triangle, weights, distance: 0.0 }
+    }
+}
+
 /// BVH over the triangles of a mesh.
 #[derive(Debug)]
 pub struct Tracer {

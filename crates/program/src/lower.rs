@@ -27,8 +27,8 @@ thread_local! {
 
 impl Program {
     /// Lowers a genome to its live scalar code, bit-equal to it in canonical f32 and in the f64
-    /// reference. Under an isotropic dialect each layer is replaced by [`Model::isotropic`] of it. A
-    /// painted genome becomes a [`Meaning::Style`].
+    /// reference. Under an isotropic dialect each layer is replaced by [`Model::isotropic`] of it.
+    /// A painted genome becomes a [`Meaning::Style`].
     #[must_use]
     pub fn lower(genome: &Genome) -> Self {
         SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {

@@ -14,7 +14,7 @@ use brood_genome::{
 use crate::build::{Builder, Reference};
 use crate::lower::{SCRATCH, Scratch};
 use crate::{Meaning, Operand, Program};
-use ramp::{Amount, Ramp};
+use ramp::{Amount, Painter, Ramp};
 
 impl Program {
     /// Lowers a style for lights: returns the code of its colour at a point. Other programs are
@@ -81,12 +81,6 @@ fn shift(program: &Program, builder: &mut Builder) -> Reference {
     let minus_two = builder.constant(-2.0);
     let twice = builder.mul(minus_two, inverse);
     builder.add(one, twice)
-}
-
-/// Adds the nodes of effects.
-struct Painter<'a> {
-    builder: &'a mut Builder,
-    lighting: Lighting,
 }
 
 /// Light that is left after some lights have been mixed in, with the length of its gradient.

@@ -9,12 +9,16 @@
 //! not depend on layers. The number of layers follows the steps, then for each layer the number of
 //! its kind and two words (low, high half) for each of its parameter values.
 //!
-//! Styles and programs of colours have versions of their own, too. The effects of a style follow the
-//! steps, see `style.rs`.
+//! Styles and programs of colours have versions of their own, too. The effects of a style follow
+//! the steps, see `style.rs`.
 
+mod part;
 mod style;
 
 use brood_genome::{Input, LAYERS_MAX, Model, ModelKind, Output, Parameter, RANGE};
+
+pub use part::WordsError;
+use part::{halves, joined, length};
 
 use crate::{Constant, Meaning, Operand, Operation, Program, Step};
 
@@ -33,32 +37,6 @@ const STEP_KIND: u32 = 0;
 const INPUT_KIND: u32 = 1;
 const CONSTANT_KIND: u32 = 2;
 const INDEX_BITS: u32 = 22;
-
-/// Error of words that do not encode a program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum WordsError {
-    /// The version is unknown.
-    #[error("the packed words have an unknown version")]
-    Version,
-    /// The length differs from that of the counts.
-    #[error("the length of the packed words differs from that of their counts")]
-    Length,
-    /// An operand refers to nothing, or to a later step.
-    #[error("the operand at word {0} refers to no input, constant or earlier step")]
-    Operand(usize),
-    /// The operation does not exist.
-    #[error("word {0} is not the number of an operation")]
-    Operation(usize),
-    /// A constant or a number of the output stage is out of range.
-    #[error("the number at word {0} is outside of the range of the machine")]
-    Number(usize),
-    /// The kind of model does not exist, or one of its numbers is invalid.
-    #[error("the words from {0} on do not encode a model")]
-    Model(usize),
-    /// The effects do not belong together, or one of them is invalid.
-    #[error("the words from {0} on do not encode an effect")]
-    Effect(usize),
-}
 
 impl Program {
     /// Returns the packed words.
@@ -145,27 +123,12 @@ impl Program {
     }
 }
 
-fn length(length: usize) -> u32 {
-    u32::try_from(length).expect("a program has fewer than 65536 steps")
-}
-
-/// Returns the low and the high half of the bits of a number.
-fn halves(number: f64) -> [u32; 2] {
-    let bits = number.to_bits();
-    [bits & u64::from(u32::MAX), bits >> 32]
-        .map(|half| u32::try_from(half).expect("half of 64 bits"))
-}
-
 fn operand_word(operand: Operand) -> u32 {
     match operand {
         Operand::Step(index) => STEP_KIND << INDEX_BITS | u32::from(index),
         Operand::Input(input) => INPUT_KIND << INDEX_BITS | length(input.index()),
         Operand::Constant(index) => CONSTANT_KIND << INDEX_BITS | u32::from(index),
     }
-}
-
-fn joined(low: u32, high: u32) -> f64 {
-    f64::from_bits(u64::from(low) | u64::from(high) << 32)
 }
 
 struct Reader<'a> {

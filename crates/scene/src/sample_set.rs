@@ -11,6 +11,10 @@ mod frame;
 mod layout;
 #[cfg(test)]
 mod light_tests;
+mod paint;
+mod paint_point;
+#[cfg(test)]
+mod paint_tests;
 mod pick;
 mod point;
 mod quadrature;

@@ -79,9 +79,12 @@ pub async fn get(
     let mut taken = HashSet::new();
     for one in individuals {
         let name = unique(&mut taken, &lineages[&one.lineage].name, one.hash);
+        let is_painted = app.library.material(one.hash).await?.genome.is_painted();
         for format in &formats {
             let name = format!("{name}.{}", format.ending());
             let what = match format {
+                // Source code is of BRDFs.
+                Kind::Source(_) if is_painted => continue,
                 Kind::Brood => What::Text(one.hash),
                 Kind::Source(format) => What::Source(one.hash, *format, query.energy_limit),
                 Kind::Picture(format) => {

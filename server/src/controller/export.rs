@@ -14,6 +14,7 @@ use serde::Deserialize;
 use super::file::FileHead;
 use super::genome;
 use crate::extract::{Path, Query, read_upload};
+use crate::library::check_brdf;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -91,6 +92,7 @@ pub async fn print(
     let is_text = content_type.is(genome::TEXT);
     let print = move || -> Result<String, ApiError> {
         let genome = genome::parse(&bytes, is_text)?;
+        check_brdf(&genome)?;
         let limited = query.energy_limit.unwrap_or(genome.is_limited());
         Ok(export_within(&express(&genome.with_limit(limited)), format, within))
     };
@@ -135,7 +137,7 @@ pub(super) async fn text(
     energy_limit: Option<bool>,
     within: f32,
 ) -> Result<String, ApiError> {
-    let material = app.library.material(hash).await?;
+    let material = app.library.brdf(hash).await?;
     let limited = energy_limit.unwrap_or(material.genome.is_limited());
     let is_as_bred = limited == material.genome.is_limited();
     if is_as_bred && material.program.layers().is_empty() {

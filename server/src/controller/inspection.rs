@@ -31,7 +31,7 @@ pub async fn get(
     let inspection = match app.library.known_inspection(hash) {
         Some(inspection) => inspection,
         None => {
-            let material = app.library.material(hash).await?;
+            let material = app.library.brdf(hash).await?;
             let library = app.clone();
             app.processors.run(move || library.library.inspect(hash, &material.genome)).await?
         }
@@ -66,7 +66,7 @@ pub async fn slice(
 ) -> Result<Response, ApiError> {
     let size_px = limit::side(query.size.unwrap_or(SLICE_PX), limit::PICTURE_PX)?;
     let individual = app.store.individual(id).await?;
-    let material = app.library.material(individual.hash).await?;
+    let material = app.library.brdf(individual.hash).await?;
     let version = env!("CARGO_PKG_VERSION");
     let etag = format!("\"{}-{size_px}-{version}\"", material.program.hash());
     let head = FileHead { etag, content_type: "image/png", cache: CACHE };

@@ -18,8 +18,8 @@ crate::named_enum! {
     /// A scalar that a program may read: of a direction pair, or of a surface point and the lights
     /// around it.
     ///
-    /// The inputs up to [`Input::NormalDotHalf`] do not change when wi and wo are exchanged, bit for
-    /// bit. The others are read by painted materials only.
+    /// The inputs up to [`Input::NormalDotHalf`] do not change when wi and wo are exchanged, bit
+    /// for bit. The others are read by painted materials only.
     ///
     /// # Source
     /// `P1`..`Q2`: Meyer-Spradow and Loviscach, *Evolutionary Design of BRDFs*, section 3, in the
@@ -76,7 +76,8 @@ crate::named_enum! {
         NormalDotHalf => "n.h",
         /// n . e, the cosine to the eye.
         NormalDotEye => "n.e",
-        /// Depth of the point: 0 on the near side of the object's bounding sphere, 1 on the far side.
+        /// Depth of the point: 0 on the near side of the object's bounding sphere, 1 on the far
+        /// side.
         Depth => "z",
         /// Length of the gradient of n . e over a pixel, at most 1.
         NormalDotEyeStep => "n.e/px",
@@ -296,8 +297,8 @@ impl Input {
         Some((place / count, LightInput::ALL[place % count]))
     }
 
-    /// Position in [`Input::ALL`]; also the bit in an [`InputMask`](super::InputMask) and the number
-    /// in packed words.
+    /// Position in [`Input::ALL`]; also the bit in an [`InputMask`](super::InputMask) and the
+    /// number in packed words.
     #[inline]
     #[must_use]
     pub fn index(self) -> usize {

@@ -29,7 +29,7 @@ impl NamedMaterial {
             Some(stem) if path != Path::new("-") => stem.to_string_lossy().into_owned(),
             _ => "stdin".to_owned(),
         };
-        let kind = match material_file::read(path)? {
+        let kind = match material_file::read_brdf(path)? {
             MaterialFile::Bred(genome) => {
                 let program = express(&genome);
                 Kind::Bred(genome, Box::new(program))

@@ -1,3 +1,5 @@
+//! Properties of painted materials: weights, box and hull, the terminator, the error of f32.
+
 use super::*;
 use crate::{CanonicalEvaluator, ReferenceEvaluator};
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use brood_brdf::{ParameterKind, display_codes};
 use serde::{Deserialize, Serialize};
 
+use super::pointer::escaped;
 use crate::ParameterValues;
 use crate::effect::{self, Effect, EffectKind, Palette, hex};
 
@@ -118,5 +119,5 @@ fn parse_colors(words: &[String]) -> Result<Vec<[u8; 3]>, (String, String)> {
 
 /// JSON pointer to a parameter, relative to the effect.
 fn pointer(name: &str) -> String {
-    format!("/parameters/{}", super::escaped(name))
+    format!("/parameters/{}", escaped(name))
 }

@@ -7,7 +7,8 @@ use crate::{Dialect, Genome, OpcodeSet, Output, Parametrisation};
 impl fmt::Display for Genome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "brood 1")?;
-        // Left out for models or effects alone under the default dialect, which the parser assumes then.
+        // Left out for models or effects alone under the default dialect, which the parser assumes
+        // then.
         if *self.dialect() != (Dialect { length: 0, ..Dialect::default() }) {
             writeln!(f, ".dialect {}", self.dialect())?;
         }

@@ -13,7 +13,7 @@ use crate::assets::LightAssets;
 use crate::field::FieldError;
 use crate::sampler::mixture::{Mixture, by_cosine};
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::{CentralLight, LightSample, Receiver};
 
 /// Uniform radiance from every direction. A surface shows its directional albedo towards the eye.
 /// At most one of `radiance_w_m2_sr` and `luminance_nit`; by default the radiance is 1, whose
@@ -86,6 +86,10 @@ impl Source for AmbientSource {
                 LightSample { towards, irradiance, distance: f64::INFINITY, fading: false },
             );
         }
+    }
+
+    fn central(&self, _: DVec3, _: Option<DVec3>) -> Option<CentralLight> {
+        Some(CentralLight { towards: None, irradiance: self.radiance.map(|channel| PI * channel) })
     }
 
     fn reference_irradiance(&self) -> Option<[f64; 3]> {

@@ -16,7 +16,7 @@ use crate::environment::{BuiltinEnvironment, EnvironmentMap, PrefilteredEnvironm
 use crate::field::FieldError;
 use crate::sampler::mixture::Mixture;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::{CentralLight, LightSample, Receiver};
 
 /// Default number of samples of environments and ambient light per shading point
 /// (docs/maths/lights.md).
@@ -121,6 +121,9 @@ impl EnvironmentSource {
     }
 }
 
+/// Root of the number of directions whose mean is that of an environment.
+const MEAN_SIDE: u32 = 32;
+
 /// Environment picture, rotated as the scene defines.
 #[derive(Debug, Clone)]
 pub(crate) struct EnvironmentSource {
@@ -168,6 +171,19 @@ impl Source for EnvironmentSource {
                 LightSample { towards, irradiance, distance: f64::INFINITY, fading: false },
             );
         }
+    }
+
+    fn central(&self, _: DVec3, mean: Option<DVec3>) -> Option<CentralLight> {
+        Some(CentralLight { towards: mean, irradiance: self.reference_irradiance()? })
+    }
+
+    /// Mean of directions drawn in proportion to luminance; `None` if they cancel.
+    fn mean_direction(&self) -> Option<DVec3> {
+        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(MEAN_SIDE);
+        let points = (0..MEAN_SIDE).flat_map(|x| (0..MEAN_SIDE).map(move |y| [at(x), at(y)]));
+        let drawn = points.filter_map(|point| self.map.draw(point));
+        let sum: DVec3 = drawn.map(|(direction, _)| direction).sum();
+        (self.rotation * sum / f64::from(MEAN_SIDE * MEAN_SIDE)).try_normalize()
     }
 
     fn reference_irradiance(&self) -> Option<[f64; 3]> {

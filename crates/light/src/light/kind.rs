@@ -6,7 +6,7 @@ use super::strength::{Quantity, Strength};
 use crate::assets::{AssetRef, LightAssets};
 use crate::field::{FieldError, finite, positive, require};
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver};
+use crate::sampler::sample::{CentralLight, LightSample, Receiver};
 use crate::sequence::SamplePoints;
 
 /// Largest number of samples of a light per shading point.
@@ -53,6 +53,15 @@ pub(crate) trait Source {
 
     /// Returns the approximate maximum of the irradiance at the centre of the mesh.
     fn reference_irradiance(&self) -> Option<[f64; 3]>;
+
+    /// Returns the light as if all of it came from its middle; `None` if it does not reach the
+    /// position. `mean` is the mean direction of [`Source::mean_direction`].
+    fn central(&self, position: DVec3, mean: Option<DVec3>) -> Option<CentralLight>;
+
+    /// Returns the mean direction to a light that is the same at every position.
+    fn mean_direction(&self) -> Option<DVec3> {
+        None
+    }
 }
 
 /// Light without extent: one sample at most, and hard shadows.
@@ -81,6 +90,11 @@ impl<S: SingleSample> Source for S {
 
     fn reference_irradiance(&self) -> Option<[f64; 3]> {
         SingleSample::reference_irradiance(self)
+    }
+
+    fn central(&self, position: DVec3, _: Option<DVec3>) -> Option<CentralLight> {
+        let LightSample { towards, irradiance, .. } = self.at(position)?;
+        Some(CentralLight { towards: Some(towards), irradiance })
     }
 }
 

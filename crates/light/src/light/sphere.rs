@@ -13,7 +13,7 @@ use crate::assets::LightAssets;
 use crate::field::FieldError;
 use crate::sampler::mixture::on_unit_circle;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver, brightest};
+use crate::sampler::sample::{CentralLight, LightSample, Receiver, brightest};
 
 /// Emitting ball. At most one of `radiance_w_m2_sr`, `luminance_nit`, `flux_w` and `flux_lm`; by
 /// default the irradiance at the centre of the mesh is pi.
@@ -113,6 +113,15 @@ impl Source for SphereSource {
         let squared = to_centre.length_squared();
         let share = (self.radius * self.radius / squared).min(1.0);
         PI * brightest(self.radiance) * share * (to_centre.dot(n) / squared.sqrt()).max(0.0)
+    }
+
+    fn central(&self, position: DVec3, _: Option<DVec3>) -> Option<CentralLight> {
+        let to_centre = self.centre - position;
+        let squared = to_centre.length_squared();
+        let share = self.radius * self.radius / squared;
+        let irradiance = self.radiance.map(|channel| PI * channel * share.min(1.0));
+        (share.is_finite() && squared.is_finite())
+            .then(|| CentralLight { towards: Some(to_centre / squared.sqrt()), irradiance })
     }
 
     fn reference_irradiance(&self) -> Option<[f64; 3]> {

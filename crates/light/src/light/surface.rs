@@ -8,7 +8,7 @@ use super::kind::{Draw, Source};
 use super::strength::{Measure, Strength};
 use crate::sampler::mixture::on_unit_circle;
 use crate::sampler::placement::LightPlacement;
-use crate::sampler::sample::{LightSample, Receiver, brightest};
+use crate::sampler::sample::{CentralLight, LightSample, Receiver, brightest};
 use crate::units::lambertian_radiance;
 
 /// Default number of samples of an area light per shading point (docs/maths/lights.md).
@@ -91,6 +91,19 @@ impl Source for FlatSource {
         let squared = to_centre.length_squared();
         let cosines = to_centre.dot(n).max(0.0) * (-to_centre.dot(self.axes[2])).max(0.0);
         brightest(self.radiance) * self.area * cosines / (squared * squared)
+    }
+
+    fn central(&self, position: DVec3, _: Option<DVec3>) -> Option<CentralLight> {
+        let to_centre = self.centre - position;
+        let squared = to_centre.length_squared();
+        if squared == 0.0 || !squared.is_finite() {
+            return None;
+        }
+        let towards = to_centre / squared.sqrt();
+        let cosine = (-towards.dot(self.axes[2])).max(0.0);
+        let share = (self.area * cosine / squared).min(PI);
+        let irradiance = self.radiance.map(|channel| channel * share);
+        Some(CentralLight { towards: Some(towards), irradiance })
     }
 
     fn reference_irradiance(&self) -> Option<[f64; 3]> {

@@ -16,6 +16,15 @@ pub struct LightSample {
     pub fading: bool,
 }
 
+/// Light at a position as if all of it came from one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CentralLight {
+    /// Unit direction towards the middle of the light; `None` if it comes evenly from everywhere.
+    pub towards: Option<DVec3>,
+    /// Irradiance at normal incidence.
+    pub irradiance: [f64; 3],
+}
+
 /// Surface point that receives light.
 #[derive(Debug, Clone, Copy)]
 pub struct Receiver {

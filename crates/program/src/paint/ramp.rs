@@ -1,12 +1,18 @@
 //! Ramps of a fixed least width, and the arithmetic that all effects share.
 
+use brood_brdf::Lighting;
 use brood_genome::{Function, ScalarMachine};
 
-use super::Painter;
-use crate::build::Reference;
+use crate::build::{Builder, Reference};
 
 /// Least width of a ramp. Below it, 1 / width would be inexact: a reciprocal is x / (x^2 + 2^-24).
 const WIDTH_MIN: f64 = 1.0 / 1024.0;
+
+/// Adds the nodes of effects.
+pub(super) struct Painter<'a> {
+    pub(super) builder: &'a mut Builder,
+    pub(super) lighting: Lighting,
+}
 
 /// A value and the length of its gradient over a pixel.
 #[derive(Clone, Copy)]

@@ -1,10 +1,10 @@
 //! Words of the effects of a style: their number, then for each the number of its kind, its palette
-//! if the kind has one (number of colours, one word 0xRRGGBB for each, two words for each edge), and
-//! two words for each parameter value.
+//! if the kind has one (number of colours, one word 0xRRGGBB for each, two words for each edge),
+//! and two words for each parameter value.
 
 use brood_genome::{Effect, EffectKind, Genome, Palette, Parameter, ParameterValues};
 
-use super::{WordsError, halves, joined, length};
+use super::part::{WordsError, halves, joined, length};
 
 pub(super) fn write(effects: &[Effect], words: &mut Vec<u32>) {
     words.push(length(effects.len()));

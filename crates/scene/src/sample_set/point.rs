@@ -9,19 +9,20 @@ use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
 
 use super::frame::{ShadedPoint, above_horizon};
+use super::paint_point::PaintPoint;
 use super::values::round_to_f32;
 use crate::description::{Normals, Scene, Tangents};
 use crate::prefiltered::{DirectSamples, Facing};
 
 /// Mesh and lights with which hits are shaded.
 pub(super) struct Surface<'a> {
-    parts: &'a MeshParts,
+    pub(super) parts: &'a MeshParts,
     mesh: &'a Mesh,
-    lights: Vec<LightSampler>,
+    pub(super) lights: Vec<LightSampler>,
     /// Occluders of shadow rays; `None` if the scene has no shadows.
     obstacles: Option<&'a Tracer>,
     normals: Normals,
-    tangents: Tangents,
+    pub(super) tangents: Tangents,
     /// Reciprocal of the sum of the lights' reference irradiance, so that `shade` is at most about
     /// 1; 0 if that sum is 0 or infinite.
     shade_scale: f64,
@@ -61,6 +62,8 @@ pub(super) struct SurfacePoint {
     pub shadowed: u64,
     /// `None` if the ray misses or the point reflects nothing.
     pub facing: Option<Facing>,
+    /// Present for painted materials only. Kept for its memory if the ray misses.
+    pub paint: Option<Box<PaintPoint>>,
 }
 
 /// Features by which rays and neighbouring pixels are compared. Default: the ray misses.
@@ -132,10 +135,7 @@ impl<'a> Surface<'a> {
         let CameraRay { ray, seed } = camera_ray;
         let shaded = ShadedPoint::new(self.parts, hit, -ray.direction, self.tangents);
         let position = self.in_unit_frame(shaded.position);
-        let start = self.obstacles.map(|tracer| {
-            let start = self.in_unit_frame(shaded.shadow_start(self.normals, self.parts, hit));
-            (tracer, start + shaded.face() * START_ABOVE)
-        });
+        let start = self.shadow_start(&shaded, hit);
         let SurfacePoint { lit, skipped, shadowed, .. } = point;
         lit.clear();
         let (mut mask, mut fading, mut shade) = (0, 0, 0.0);
@@ -199,7 +199,31 @@ impl<'a> Surface<'a> {
         };
     }
 
-    fn in_unit_frame(&self, position: DVec3) -> DVec3 {
+    /// True if the mesh casts shadows.
+    pub fn has_shadows(&self) -> bool {
+        self.obstacles.is_some()
+    }
+
+    /// Returns the position of a hit in the unit frame.
+    pub fn position(&self, hit: &Hit) -> DVec3 {
+        let corners = self.parts.triangles[hit.triangle].map(|corner| corner as usize);
+        let weighted = corners.iter().zip(hit.weights);
+        self.in_unit_frame(weighted.map(|(corner, w)| self.parts.positions[*corner] * w).sum())
+    }
+
+    /// Returns the occluders and the start of shadow rays at a hit; `None` if there are no shadows.
+    pub(super) fn shadow_start(
+        &self,
+        shaded: &ShadedPoint,
+        hit: &Hit,
+    ) -> Option<(&'a Tracer, DVec3)> {
+        self.obstacles.map(|tracer| {
+            let start = self.in_unit_frame(shaded.shadow_start(self.normals, self.parts, hit));
+            (tracer, start + shaded.face() * START_ABOVE)
+        })
+    }
+
+    pub(super) fn in_unit_frame(&self, position: DVec3) -> DVec3 {
         (position - self.mesh.centre()) / self.mesh.radius()
     }
 }
@@ -210,6 +234,8 @@ pub(super) struct SampleBuffer {
     pub pairs: Vec<DirectionPair>,
     pub uvs: Vec<DVec2>,
     pub irradiance: [Vec<f32>; 3],
+    /// One per sample of painted materials, else empty.
+    pub paint: Vec<PaintPoint>,
 }
 
 impl SampleBuffer {
@@ -225,8 +251,12 @@ impl SampleBuffer {
         }
     }
 
-    /// Adds one sample per light sample of the point.
+    /// Adds one sample per light sample of the point; of painted materials, one for the point.
     pub fn push_point(&mut self, point: &SurfacePoint) {
+        if let Some(paint) = point.paint.as_ref().filter(|_| point.features.covered) {
+            self.push(paint.wi, point.wo, point.uv, [1.0; 3]);
+            return self.paint.push(**paint);
+        }
         for lit in &point.lit {
             self.push(lit.wi, point.wo, point.uv, lit.irradiance);
         }
@@ -248,6 +278,7 @@ impl SampleBuffer {
             pairs: Vec::with_capacity(count),
             uvs: Vec::with_capacity(count),
             irradiance: [(); 3].map(|()| Vec::with_capacity(count)),
+            paint: Vec::new(),
         }
     }
 
@@ -257,6 +288,9 @@ impl SampleBuffer {
         for (all, more) in self.irradiance.iter_mut().zip(&other.irradiance) {
             all.extend_from_slice(&more[range.clone()]);
         }
+        if !other.paint.is_empty() {
+            self.paint.extend_from_slice(&other.paint[range]);
+        }
     }
 
     pub fn append(&mut self, other: &mut Self) {
@@ -265,5 +299,6 @@ impl SampleBuffer {
         for (all, more) in self.irradiance.iter_mut().zip(&mut other.irradiance) {
             all.append(more);
         }
+        self.paint.append(&mut other.paint);
     }
 }

@@ -10,6 +10,7 @@ use brood_light::ray_seed;
 use brood_mesh::trace::{Candidates, Hit, PixelFrustum, Ray, Stack, Tracer};
 use glam::DVec2;
 
+use super::paint::{NextRays, PaintedLights};
 use super::point::{CameraRay, PixelFeatures, Surface, SurfacePoint};
 use super::size::PictureSize;
 use super::view::View;
@@ -35,6 +36,8 @@ pub(super) struct PixelSampler<'a> {
     pub keeps_points: bool,
     /// Environments that are not among the lights of the surface.
     pub environments: Option<DirectLight>,
+    /// Lights of painted materials, and the distance of samples in pixels; `None` for BRDFs.
+    pub painted: Option<(PaintedLights, f64)>,
 }
 
 /// Buffers reused between pixels, to avoid allocation.
@@ -121,7 +124,13 @@ impl PixelSampler<'_> {
         point: &mut SurfacePoint,
     ) -> bool {
         match hit {
-            Some(hit) => self.surface.shade(hit, ray, stack, point),
+            Some(hit) => match &self.painted {
+                None => self.surface.shade(hit, ray, stack, point),
+                Some((lights, spacing)) => {
+                    let next = self.next_rays(ray.ray, hit, *spacing);
+                    self.surface.paint(hit, (ray, next), (lights, stack), point);
+                }
+            },
             None => {
                 point.features = PixelFeatures::default();
                 point.lit.clear();
@@ -130,6 +139,19 @@ impl PixelSampler<'_> {
             }
         }
         hit.is_some()
+    }
+
+    /// Returns the rays to the right of and below the ray of a hit, `spacing` pixels away.
+    fn next_rays(&self, ray: Ray, hit: &Hit, spacing: f64) -> NextRays {
+        let step = spacing * 2.0 / f64::from(self.size_px.height);
+        match self.view.project(self.surface.position(hit)) {
+            Some(at) => NextRays(
+                [DVec2::new(step, 0.0), DVec2::new(0.0, -step)]
+                    .map(|offset| self.view.ray(at + offset)),
+            ),
+            // Too close to the eye for a gradient.
+            None => NextRays([ray; 2]),
+        }
     }
 
     /// Traces the rays of a pixel with a neighbour dissimilar to `own`, the features of its centre.

@@ -1,5 +1,6 @@
 //! Sampling of a picture: rows in parallel, concatenated in order.
 
+use brood_brdf::Lighting;
 use brood_light::{LightAssets, LightSampler};
 use brood_mesh::trace::Stack;
 use brood_mesh::{Mesh, UnitFrame};
@@ -9,6 +10,8 @@ use rayon::prelude::*;
 use super::cluster::Groups;
 use super::fixed::{Row, fixed_pixel, fixed_row};
 use super::layout::{ImageLayout, PixelRun, SampleCounts};
+use super::paint::{PaintedLights, push_groups};
+use super::paint_point::{PaintPoint, columns};
 use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
 use super::quadrature::{PixelSampler, Scratch};
 use super::sampling::{PixelArea, Raster, Sampling};
@@ -140,6 +143,22 @@ impl SampleSet {
         (set, PrefilteredLight::of_picture(raster, environments, points_of))
     }
 
+    /// Samples the surface points of a picture with their lights, for painted materials: one sample
+    /// per point, lit or not, whose irradiance is the share of the pixel that it represents.
+    ///
+    /// # Domain
+    /// At most [`brood_brdf::Input::LIGHTS`] lights.
+    ///
+    /// # Panics
+    /// As [`SampleSet::render_area`], and if there are more lights.
+    #[must_use]
+    pub fn render_points(mesh: &Mesh, scene: &Scene, assets: &LightAssets, raster: Raster) -> Self {
+        let mut sampler = pixel_sampler(mesh, scene, assets, raster.size_px);
+        let spacing = 1.0 / f64::from(raster.sampling.min_rays()).sqrt();
+        sampler.painted = Some((PaintedLights::new(&sampler.surface.lights), spacing));
+        Self::render_with(&sampler, raster).0
+    }
+
     fn render_with(sampler: &PixelSampler<'_>, raster: Raster) -> (Self, Vec<LitPoint>) {
         let Raster { size_px, sampling, area } = raster;
         assert!(
@@ -176,7 +195,16 @@ impl SampleSet {
             coverage: Vec::new().into(),
         };
         let points = rows.iter_mut().flat_map(|row| std::mem::take(&mut row.points)).collect();
-        (concatenate(rows, image), points)
+        let (set, painted) = concatenate(rows, image);
+        let set = match sampler.painted {
+            Some(_) => {
+                let lights = sampler.surface.lights.len();
+                let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
+                set.with_lights(lighting, columns(&painted, lighting))
+            }
+            None => set,
+        };
+        (set, points)
     }
 
     /// Samples some pixels of that picture, columns and rows, each with at least `samples` rays, as
@@ -224,7 +252,7 @@ impl SampleSet {
             runs: Vec::new(),
             coverage: Vec::new().into(),
         };
-        concatenate(rows, image)
+        concatenate(rows, image).0
     }
 }
 
@@ -243,6 +271,7 @@ fn pixel_sampler<'a>(
         size_px,
         keeps_points: false,
         environments: None,
+        painted: None,
     }
 }
 
@@ -402,7 +431,10 @@ fn adaptive_row(
             LitPoint::push_groups(pixel, facing, &mut out.points);
         }
         let start = out.buffer.count();
-        let coverage = groups.push_all(scratch.weighted(), &mut out.buffer);
+        let coverage = match sampler.painted {
+            None => groups.push_all(scratch.weighted(), &mut out.buffer),
+            Some(_) => push_groups(scratch.weighted(), &mut out.buffer),
+        };
         if let Some(light) = &sampler.environments {
             let facing = scratch.weighted().map(|(point, weight)| (point.facing, weight));
             for group in similar_points(facing) {
@@ -421,8 +453,8 @@ fn adaptive_row(
     out
 }
 
-/// Concatenates the rows into one set.
-fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> SampleSet {
+/// Concatenates the rows into one set, and the points of painted materials.
+fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> (SampleSet, Vec<PaintPoint>) {
     let count = rows.iter().map(|row| row.buffer.pairs.len()).sum();
     let mut all = SampleBuffer::with_capacity(count);
     let mut coverage = Vec::with_capacity((image.width * image.height) as usize);
@@ -443,5 +475,5 @@ fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> SampleSet {
     }
     image.coverage = coverage.into();
     counts.lit = u64::from(all.count());
-    SampleSet::new(all.pairs, all.uvs, all.irradiance, Some(image), counts)
+    (SampleSet::new(all.pairs, all.uvs, all.irradiance, Some(image), counts), all.paint)
 }

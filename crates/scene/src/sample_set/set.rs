@@ -53,7 +53,8 @@ impl SampleSet {
     }
 
     /// Returns a set of points in these lights, for painted materials. `columns` has the inputs of
-    /// painted materials that are not those of one white light at wi, with the value of each sample.
+    /// painted materials that are not those of one white light at wi, with the value of each
+    /// sample.
     ///
     /// # Domain
     /// Finite values within the range of the machine.
@@ -203,8 +204,8 @@ impl SampleSet {
         self.counts
     }
 
-    /// Returns the number of inputs that programs may read on this set: of BRDFs, or also of painted
-    /// materials and their lights.
+    /// Returns the number of inputs that programs may read on this set: of BRDFs, or also of
+    /// painted materials and their lights.
     fn columns(&self) -> usize {
         match self.lighting {
             None => Input::SYMMETRIC,

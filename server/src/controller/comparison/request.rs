@@ -93,7 +93,7 @@ impl ComparisonRequest {
             materials.push(RequestedMaterial {
                 named,
                 hash,
-                material: app.library.material(hash).await?,
+                material: app.library.brdf(hash).await?,
             });
         }
         let scene = match (query.scene, lineage) {

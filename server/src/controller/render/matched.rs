@@ -54,7 +54,7 @@ impl MatchedRender {
             true => self.in_any_scene(app, &target, individual).await?,
             false => self.in_target_scene(&target)?,
         };
-        let material = app.library.material(individual.hash).await?;
+        let material = app.library.brdf(individual.hash).await?;
         let request = PictureRequest::own(frame, &Subject::Matched(material, source));
         let head = FileHead::of_picture(request.key(), content_type(self.format), REVALIDATED);
         head.made(headers, app.pictures.get(request)).await

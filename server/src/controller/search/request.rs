@@ -198,7 +198,8 @@ async fn start(
             }
             other => other.into(),
         })?;
-        let material = app.library.material(individual.hash).await?;
+        let material =
+            app.library.brdf(individual.hash).await.map_err(|error| error.at(pointer.clone()))?;
         let own = *material.genome.dialect();
         if index == 0 && own.length != 0 {
             if requested.is_none() && !own.is_compatible(&found) {
