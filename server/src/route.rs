@@ -14,9 +14,9 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
 use crate::controller::{
-    archive, circle, comparison, develop, event, export, generation, genome, geometry, individual,
-    inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation, page,
-    preset, render, scene, search, session, sheet, spheres, system, target, target_picture,
+    angles, archive, circle, comparison, develop, event, export, generation, genome, geometry,
+    individual, inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation,
+    page, preset, render, scene, search, session, sheet, spheres, system, target, target_picture,
     thumbnail,
 };
 use crate::layer;
@@ -78,6 +78,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(render::exr))
         .routes(routes!(render::posted::png))
         .routes(routes!(spheres::get))
+        .routes(routes!(spheres::post))
         .routes(routes!(circle::animation))
         .routes(routes!(circle::strip))
         .routes(routes!(circle::sheet))
@@ -102,6 +103,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(scene::create))
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))
+        .routes(routes!(angles::get))
         .routes(routes!(target::create, target::list))
         .routes(routes!(target::get, target::delete))
         .routes(routes!(target_picture::picture))

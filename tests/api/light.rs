@@ -103,11 +103,11 @@ async fn lit_spheres_hold_a_material_in_the_environments_of_a_scene() {
         format!("/v1/individuals/{id}/lit-spheres{query}")
     };
     let file = server.get(&path(0, "?texels=20")).await.expect(200).body;
-    assert_eq!((&file[..8], file.len()), (b"broodlit".as_slice(), 20 + 6 * 60 * 60));
-    assert_eq!(file[12..16], 20u32.to_le_bytes());
-    assert!(file[20..].iter().any(|byte| *byte != 0));
+    assert_eq!((&file[..8], file.len()), (b"broodlit".as_slice(), 24 + 6 * 60 * 60));
+    assert_eq!(file[12..20], [20u32.to_le_bytes(), 1u32.to_le_bytes()].concat());
+    assert!(file[24..].iter().any(|byte| *byte != 0));
     let whole = server.get(&path(0, "")).await.expect(200).body;
-    assert_eq!(whole.len(), 20 + 6 * 144 * 144);
+    assert_eq!(whole.len(), 24 + 6 * 144 * 144);
     // Only camera and environments count.
     let turned = scene(json!({"mesh": "torus", "rotation_deg": [10, 20, 30]})).await;
     let query = format!("?texels=20&light_deg=90&scene={}", text_of(&turned));
@@ -115,6 +115,20 @@ async fn lit_spheres_hold_a_material_in_the_environments_of_a_scene() {
     let near = scene(json!({"camera": {"fov_y_deg": 60}})).await;
     let query = format!("?texels=20&scene={}", text_of(&near));
     assert_ne!(server.get(&path(0, &query)).await.expect(200).body, file);
+    // Those of several turns are the same for all rotations of the environments.
+    let turned = server.get(&path(0, "?texels=16&turns=4")).await.expect(200).body;
+    assert_eq!(turned.len(), 24 + 6 * 16 * (3 * 16 * 4));
+    let studio = json!({"kind": "environment", "image": "studio", "rotation_deg": 70});
+    let other = scene(json!({"lights": [{}, studio]})).await;
+    let query = format!("?texels=16&turns=4&light_deg=20&scene={}", text_of(&other));
+    assert_eq!(server.get(&path(0, &query)).await.expect(200).body, turned);
+    // A genome needs not be stored.
+    let genome = format!("/v1/genomes/{}", text_of(&made["individuals"][0]["hash"]));
+    let genome = server.get(&genome).await.expect(200).json();
+    let posted = format!("/v1/lit-spheres?texels=20&scene={}", text_of(&own));
+    assert_eq!(server.post(&posted, &genome).await.expect(200).body, file);
+    let refused = server.post(&posted, &json!({"red": [1]})).await.expect(422).json();
+    assert!(!text_of(&refused["detail"]).is_empty());
     // Textured materials have none, nor have scenes with shadows or without an environment.
     assert!(server.get(&path(1, "")).await.expect(204).body.is_empty());
     for extra in [json!({"shadows": true}), json!({"lights": [{}]})] {
@@ -122,8 +136,41 @@ async fn lit_spheres_hold_a_material_in_the_environments_of_a_scene() {
         let refused = server.get(&path(0, &query)).await.expect(422).json();
         assert!(text_of(&refused["detail"]).contains("an environment"), "{refused}");
     }
-    for query in ["?texels=8", "?texels=129", "?texels=many", "?light_deg=nan", "?size=64"] {
+    let bad = ["?texels=8", "?texels=129", "?texels=many", "?light_deg=nan", "?size=64"];
+    for query in bad.into_iter().chain(["?turns=0", "?turns=25", "?texels=128&turns=12"]) {
         server.get(&path(0, query)).await.expect(400);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn lit_angles_hold_the_shadows_of_point_lights() {
+    let server = TestServer::start();
+    let path = async |scene: &Value, query: &str| {
+        let scene = server.post("/v1/scenes", scene).await.expect(201).json();
+        format!("/v1/scenes/{}/lit-angles?{query}", text_of(&scene["id"]))
+    };
+    let scene = json!({"mesh": "knob", "shadows": true, "lights": [{}, {"position": [1, 2, 3]}]});
+    let file = server.get(&path(&scene, "side=40").await).await.expect(200).body;
+    assert_eq!((&file[..8], file.len()), (b"broodang".as_slice(), 20 + 16 * 2 * 40 * 40));
+    assert_eq!(file[12..20], [40u32.to_le_bytes(), 2u32.to_le_bytes()].concat());
+    // They do not depend on where the lights are on the circle, nor on their strength.
+    let mut other = scene.clone();
+    other["light_deg"] = json!(70);
+    other["lights"][1]["intensity"] = json!(5);
+    assert_eq!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
+    other["rotation_deg"] = json!([0, 50, 0]);
+    assert_ne!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
+    for (lights, shadows) in [
+        (json!([{}]), false),
+        (json!([{"kind": "sphere", "position": [0, 3, 3], "radius": 1}]), true),
+        (json!([{}, {"kind": "environment", "image": "studio"}]), true),
+    ] {
+        let scene = json!({"lights": lights, "shadows": shadows});
+        let refused = server.get(&path(&scene, "side=40").await).await.expect(422).json();
+        assert!(text_of(&refused["detail"]).contains("point lights alone"), "{refused}");
+    }
+    for query in ["side=15", "side=1025", "side=many", "", "side=40&light_deg=1"] {
+        server.get(&path(&scene, query).await).await.expect(400);
     }
 }
 

@@ -24,7 +24,9 @@ import { painted } from "./painted.mjs";
 import { photo, photoByFinger } from "./photo.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
+import { shadowsLive } from "./shadows.mjs";
 import { steer } from "./steer.mjs";
+import { surrounded } from "./surrounded.mjs";
 import { target, targetByFinger } from "./target.mjs";
 import { troubled } from "./troubled.mjs";
 import { visitor } from "./visitor.mjs";
@@ -289,10 +291,12 @@ async function inTrouble(app, base) {
 async function drawn(app, base) {
   const shot = shotOf(app);
   await live(app, step, shot, base);
+  await surrounded(app, step, shot, base);
+  await shadowsLive(app, step, shot, base);
   await film(app, step, shot);
   await limitedLive(app, step, shot, base);
   await modelsLive(app, step, shot, base);
-  await editedLive(app, step, shot);
+  await editedLive(app, step, shot, base);
   await exported(app, step, binary);
   app.quiet();
 }

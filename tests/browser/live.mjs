@@ -6,7 +6,6 @@ import { strict as assert } from "node:assert";
 import { runExports } from "./exports.mjs";
 import { around } from "./materials.mjs";
 import { onPixels } from "./pixels.mjs";
-import { poster } from "./server.mjs";
 
 /** Programs that are run both ways. */
 const PROGRAMS = 40;
@@ -120,8 +119,8 @@ function strayed(page, shown, wanted) {
 }
 
 /** Picture of a frame on the screen, and the server's of the same size. */
-async function bothPictures(app, { lineage, individuals }, slot, base, light = "") {
-  const { scene } = await app.api(`/v1/lineages/${lineage}`);
+async function bothPictures(app, { lineage, individuals }, slot, base, light = "", other = null) {
+  const scene = other ?? (await app.api(`/v1/lineages/${lineage}`)).scene;
   const box = await app.cell(slot).locator(".pictures").boundingBox();
   const side = Math.floor(Math.min(box.width, box.height));
   const url = `${base}/v1/individuals/${individuals[slot].id}/render.png?size=${side}&scene=${scene}${light}`;
@@ -149,12 +148,17 @@ const recordedLit = (page) =>
     return found;
   });
 
-/** Asserts that live frames equal the server's pictures with the light at an angle. */
-export async function asServerDraws(app, generation, light_deg, base) {
+/**
+ * Asserts that live frames equal the server's pictures with the light at an angle, in the
+ * lineage's scene or another.
+ */
+export async function asServerDraws(app, generation, light_deg, base, scene = null) {
   const found = [];
   const light = `&light_deg=${light_deg}`;
-  for (const slot of [0, 2, 4, 7, 9, 12, 13, 16, 19])
-    found.push(await apart(app.page, ...(await bothPictures(app, generation, slot, base, light))));
+  for (const slot of [0, 2, 4, 7, 9, 12, 13, 16, 19]) {
+    const both = await bothPictures(app, generation, slot, base, light, scene);
+    found.push(await apart(app.page, ...both));
+  }
   const text = `apart in ${found.map((share) => (100 * share).toFixed(1))} % of the pixels`;
   assert.ok(found.sort((one, other) => one - other)[found.length >> 1] < APART_SHARE, text);
   return text;
@@ -343,102 +347,6 @@ export async function live(app, step, shot, base) {
   await step("has no accessibility violations with the light's controls", () =>
     app.accessible("live"),
   );
-  await surrounded(app, step, shot, base);
-}
-
-/** Draws environments live, in a lineage of isotropic homogeneous believable programs. */
-async function surrounded(app, step, shot, base) {
-  const { page } = app;
-  const { lineage: before } = await app.generation(await app.ready());
-  const goTo = async (lineage) => {
-    const last = await app.ready();
-    await app.open(`#/lineage/${lineage}`);
-    await around(page, last);
-  };
-
-  let generation = null;
-  await step("draws an environment live like the server, under a lamp that circles", async () => {
-    const send = poster(base);
-    const { id } = await send("/v1/lineages", { name: "Surrounded", start: "believable" });
-    const constraints = { isotropic: true, homogeneous: true };
-    await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 5, constraints });
-    await goTo(id);
-    generation = await app.generation(await app.ready());
-    assert.equal(generation.lineage, id);
-    await app.reshown(() => slide(app, "exposure", -1));
-    const lamp = await app.reshown(() => slide(app, "light-ev", -1));
-    assert.equal(lamp.lights.length, 1);
-    await app.reshown(() => app.id("environment").selectOption("studio"));
-    await app.reshown(() => slide(app, "environment-rotation", 40));
-    const scene = await app.reshown(() => slide(app, "environment-ev", -0.5));
-    assert.equal(scene.lights[1].rotation_deg, 40);
-    assert.ok(Math.abs(scene.lights[1].scale[1] - 2 ** -0.5) < 1e-9);
-    await hold(app, "light", 75);
-    await allLit(page);
-    const text = await asServerDraws(app, generation, 75, base);
-    await shot("9-studio");
-    await app.reshown(() => slide(app, "light", 20));
-    await noneLit(page);
-    return text;
-  });
-
-  await step("shows a backdrop live like the server, under a tone curve", async () => {
-    const backdrop = app.id("backdrop");
-    await app.reshown(() => backdrop.selectOption("environment"));
-    const blurred = await app.reshown(() => slide(app, "backdrop-blur", 20));
-    assert.deepEqual(blurred.backdrop, { kind: "environment", blur_deg: 20 });
-    await app.reshown(() => page.getByRole("radio", { name: "Filmic" }).check());
-    await hold(app, "light", 75);
-    await allLit(page);
-    const around = await asServerDraws(app, generation, 75, base);
-    await shot("9-backdrop");
-    await app.reshown(() => slide(app, "light", 30));
-    await noneLit(page);
-    await app.reshown(() => backdrop.selectOption("color"));
-    const green = await app.reshown(() => slide(app, "backdrop-color", "#0a8c3c"));
-    assert.equal(Math.round(255 * green.backdrop.color[1]), 0x8c);
-    await hold(app, "light", 75);
-    await allLit(page);
-    const plain = await asServerDraws(app, generation, 75, base);
-    await app.accessible("a backdrop");
-    await app.reshown(() => slide(app, "light", 20));
-    await noneLit(page);
-    await app.reshown(() => page.getByRole("radio", { name: "Linear" }).check());
-    await app.reshown(() => backdrop.selectOption("environment"));
-    return `${around}; one colour: ${plain}`;
-  });
-
-  await step("turns the object live in an environment without a lamp", async () => {
-    const dark = await app.reshown(() => app.id("light-kind").selectOption("none"));
-    assert.deepEqual(
-      dark.lights.map(({ kind }) => kind),
-      ["environment"],
-    );
-    assert.ok(await app.id("light-moves").isDisabled(), "nothing circles");
-    const box = await app.id("centre").boundingBox();
-    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-    await app.reshown(async () => {
-      await page.mouse.move(x, y);
-      await page.mouse.down();
-      await page.mouse.move(x - 50, y + 10, { steps: 4 });
-      await allLit(page);
-      await shot("9-studio-turning");
-      await page.mouse.up();
-    });
-    await noneLit(page);
-    await app.accessible("an environment");
-  });
-
-  await step("removes the environment", async () => {
-    await app.reshown(() => app.id("light-kind").selectOption("point"));
-    const plain = await underLamp(app);
-    assert.ok(!plain.backdrop, "no environment is left to show");
-    assert.deepEqual(
-      plain.lights.map(({ kind }) => kind),
-      ["point"],
-    );
-    await goTo(before);
-  });
 }
 
 /** Runs exported programs in this browser and compares them bit for bit. */

@@ -120,13 +120,16 @@ export const listModels = () => request("GET", "/v1/models");
 /** @param {string} text @returns {import("./request.js").Options} */
 const asGenome = (text) => ({ body: new Blob([text]), type: "text/x-brood", accept: "*/*" });
 
+/** Sends a genome. @param {string} path @param {string} text */
+export const postGenome = (path, text) => post(path, asGenome(text));
+
 /**
  * The GLSL of a genome, which the server does not store.
  * @param {string} text
  * @param {number} within bound on texture coordinates
  */
 export const printGenome = async (text, within) =>
-  (await post(`/v1/exports/glsl-es-300?uv_within=${within}`, asGenome(text))).text();
+  (await postGenome(`/v1/exports/glsl-es-300?uv_within=${within}`, text)).text();
 
 /**
  * A picture of a genome, which the server does not store.
@@ -135,7 +138,7 @@ export const printGenome = async (text, within) =>
  * @param {number} size
  */
 export const renderGenome = async (text, sceneId, size) =>
-  (await post(`/v1/render.png?scene=${sceneId}&size=${size}`, asGenome(text))).blob();
+  (await postGenome(`/v1/render.png?scene=${sceneId}&size=${size}`, text)).blob();
 
 /**
  * Adds genomes to a lineage as they are; `parent`: individual whose children they are.

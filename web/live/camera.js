@@ -18,16 +18,24 @@ const FRAMING_MARGIN = 1.04;
 const PLACED = { azimuth: 65, elevation: 45, radii: 4 };
 
 const DEGREE = Math.PI / 180;
+/** The world's axes. @type {Vec3[]} */
+const WORLD = [
+  [1, 0, 0],
+  [0, 1, 0],
+  [0, 0, 1],
+];
 
 /**
  * @typedef {{centre: Vec3, radius: number}} Extent bounding sphere
  *
- * @typedef {{eye: Vec3, right: Vec3, up: Vec3, forward: Vec3, half: number, parallel: boolean,
- *   near: number, far: number}} View `half` is half the visible height: at distance 1, or anywhere
- *   if rays are parallel. `near` and `far` enclose the object.
+ * @typedef {{eye: Vec3, right: Vec3, up: Vec3, forward: Vec3, world: Vec3[], half: number,
+ *   parallel: boolean, near: number, far: number}} View `world`: the world's axes; `half` is half
+ *   the visible height: at distance 1, or anywhere if rays are parallel. `near` and `far` enclose
+ *   the object.
  *
- * @typedef {{place: Vec3, intensity: Vec3}} PointLight With lengths in radii: irradiance at normal
- *   incidence is intensity over squared distance.
+ * @typedef {{place: Vec3, intensity: Vec3, index: number, degrees: number}} PointLight With lengths
+ *   in radii: irradiance at normal incidence is intensity over squared distance. `index`: among the
+ *   lights of the scene other than environments; `degrees`: how far it has gone round.
  */
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
@@ -88,6 +96,7 @@ export function viewOf(camera, extent, { rotation, scale }) {
     right: rotateBack(rotation, right),
     up: rotateBack(rotation, up),
     forward: rotateBack(rotation, negated(back)),
+    world: WORLD.map((axis) => rotateBack(rotation, axis)),
   };
   if (camera.orthographic !== undefined) {
     const middle = relative([0, 0, 0], extent);
@@ -129,11 +138,11 @@ const pointsOf = ({ lights }) => (lights ?? []).filter(({ kind }) => kind !== "e
 
 /**
  * True if a scene can be drawn live: environments and a few point lights with an intensity or the
- * default one, no shadows, curved normals.
+ * default one, curved normals, and shadows of point lights alone.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
-  !scene.shadows &&
+  (!scene.shadows || pointsOf(scene).length === (scene.lights ?? []).length) &&
   pointsOf(scene).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&
   pointsOf(scene).every(
@@ -155,7 +164,7 @@ const channels = (strength) =>
 export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
   const circle = about([0, 1, 0], lightDeg);
   const length = scale * extent.radius;
-  return pointsOf(scene).map((light) => {
+  return pointsOf(scene).map((light, index) => {
     const from = light.position
       ? relative(light.position, extent)
       : scaled(orbit(PLACED.azimuth, PLACED.elevation), PLACED.radii);
@@ -166,7 +175,7 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
     const intensity = given
       ? scaled(given, 1 / length ** 2)
       : [Math.PI * squared, Math.PI * squared, Math.PI * squared];
-    return { place, intensity };
+    return { place, intensity, index, degrees: lightDeg };
   });
 }
 

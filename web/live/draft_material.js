@@ -1,26 +1,44 @@
 /**
- * Material of a genome that is edited and not stored. Its code is printed by the server for the
- * newest values, one request at a time; the material before stays drawable until the next is. The
- * values are literals in the code, as for all materials, because uniforms draw at half the speed.
+ * Material of a genome that is edited and not stored. Its code is printed, and its lit spheres are
+ * computed by the server for the newest values, one request at a time; the material before stays
+ * drawable until the next is. The values are literals in the code, as for all materials, because
+ * uniforms draw at half the speed.
  *
  * @import { Draft } from "../model.js"
  * @import { Look, Material, Meter } from "./material.js"
+ * @import { Environment } from "./spheres.js"
  * @import { SurfacePrograms } from "./surface.js"
  */
 import { problemOf } from "../api/request.js";
 import { printGenome } from "../api/routes.js";
 import { forNewest } from "../page/newest.js";
 import { showProblem } from "../page/problem.js";
-import { METER_ANGLES, advance, dropMaterial, makeMaterial, remeter } from "./material.js";
+import { sceneStore } from "../scene/store.js";
+import {
+  METER_ANGLES, advance, dropMaterial, environmentOf, makeMaterial, remeter,
+} from "./material.js";
+import { NO_ENVIRONMENT, lightGenome, makeSpheres } from "./spheres.js";
+import { liveStore } from "./store.js";
+
+/**
+ * @typedef {{text: string, within: number, environment: Environment}} Asked `within`: bound on
+ *   texture coordinates
+ *
+ * @typedef {{code: string, file: ArrayBuffer|null, key: string}} Answer `file`: lit spheres in the
+ *   environments of this key
+ */
+
+/** @type {Asked} */
+const NOTHING = { text: "", within: 0, environment: NO_ENVIRONMENT };
 
 export class DraftMaterial {
   /** Id of the edited individual. */
   #id = "";
-  /** Text and bound on texture coordinates of the newest request. */
-  #asked = { text: "", within: 0 };
-  /** Newest code. @type {string|null} */
-  #code = null;
-  /** Code of `#next`, or of `#shown` if there is none. @type {string|null} */
+  /** The newest request. */
+  #asked = NOTHING;
+  /** Newest answer. @type {Answer|null} */
+  #answer = null;
+  /** Answer of `#next`, or of `#shown` if there is none. @type {Answer|null} */
   #made = null;
   /** @type {Material|null} */
   #next = null;
@@ -28,22 +46,25 @@ export class DraftMaterial {
   #shown = null;
   #changed;
 
-  /** @param {() => void} changed is called when code has arrived */
+  /** @param {() => void} changed is called when an answer has arrived */
   constructor(changed) {
     this.#changed = changed;
   }
 
-  /** The newest material that can be drawn, or null. */
-  get drawable() {
-    return this.#shown;
+  /**
+   * The newest material that can be drawn in these environments, or null.
+   * @param {Environment} environment
+   */
+  drawable({ key }) {
+    return this.#shown && environmentOf(this.#shown) === key ? this.#shown : null;
   }
 
   /**
    * Brings the material closer to the draft.
    * @param {WebGL2RenderingContext} gl
    * @param {Draft|null} draft null if nothing is edited
-   * @param {{meter: Meter, look: Look, pens: SurfacePrograms, within: number}} scene as for the
-   *   other materials
+   * @param {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment:
+   *   Environment}} scene as for the other materials
    * @returns {boolean} true if there is more to do
    */
   work(gl, draft, scene) {
@@ -52,23 +73,35 @@ export class DraftMaterial {
       this.drop(gl);
       this.#id = draft.of.id;
     }
-    const { within } = scene;
+    const { within, environment } = scene;
     const lights = scene.look.lights.length / METER_ANGLES;
-    if (this.#asked.text !== draft.text || this.#asked.within !== within) {
-      this.#asked = { text: draft.text, within };
-      void this.#print({ id: this.#id, ...this.#asked });
+    const asked = this.#asked;
+    if (
+      asked.text !== draft.text ||
+      asked.within !== within ||
+      asked.environment.key !== environment.key
+    ) {
+      this.#asked = { text: draft.text, within, environment };
+      void this.#ask({ id: this.#id, asked: this.#asked });
     }
     if ([this.#next, this.#shown].some((one) => one && one.lights !== lights))
       this.#dropMaterials(gl);
-    if (!this.#next && this.#code !== null && this.#code !== this.#made) {
-      this.#next = makeMaterial(gl, this.#code, lights, null);
-      this.#made = this.#code;
+    const answer = this.#answer;
+    if (!answer && this.#shown) this.#dropMaterials(gl);
+    if (!this.#next && answer && answer !== this.#made) {
+      const spheres = answer.file && makeSpheres(gl, answer.file, answer.key);
+      this.#next = makeMaterial(gl, answer.code, lights, spheres);
+      this.#made = answer;
     }
     const busy = [this.#next, this.#shown].flatMap((one) =>
       one && one.state !== "ready" && one.state !== "refused" ? [one] : [],
     );
-    for (const material of busy) advance(gl, material, scene);
-    if (this.#next?.drawable) {
+    for (const material of busy)
+      if (environmentOf(material) === environment.key) advance(gl, material, scene);
+    if (this.#next && environmentOf(this.#next) !== environment.key) {
+      dropMaterial(gl, this.#next);
+      this.#next = null;
+    } else if (this.#next?.drawable) {
       if (this.#shown) dropMaterial(gl, this.#shown);
       this.#shown = this.#next;
       this.#next = null;
@@ -87,24 +120,41 @@ export class DraftMaterial {
     for (const material of [this.#next, this.#shown]) if (material) remeter(gl, material);
   }
 
-  /** Forgets the materials of a lost context, but not their code. */
+  /** Forgets the materials of a lost context, but not the answer. */
   lose() {
     this.#next = null;
     this.#shown = null;
     this.#made = null;
   }
 
-  #print = forNewest(
-    /** @param {{id: string, text: string, within: number}} of */ async ({ id, text, within }) => {
+  #ask = forNewest(
+    /** @param {{id: string, asked: Asked}} of */ async ({ id, asked }) => {
+      const { text, within, environment } = asked;
       try {
-        const code = await printGenome(text, within);
-        if (this.#id === id) this.#code = code;
+        const [code, file] = await Promise.all([
+          printGenome(text, within),
+          this.#light(text, environment),
+        ]);
+        if (this.#id === id) {
+          // Anisotropic and textured materials have no spheres: the server draws them.
+          liveStore.draftRefused.value = file?.byteLength === 0;
+          this.#answer = file?.byteLength === 0 ? null : { code, file, key: environment.key };
+        }
       } catch (error) {
         if (this.#id === id) showProblem("edit", { problem: problemOf(error) });
       }
       this.#changed();
     },
   );
+
+  /**
+   * @param {string} text
+   * @param {Environment} environment
+   */
+  async #light(text, { key, turns }) {
+    const sceneId = sceneStore.scene.peek()?.id;
+    return key !== "" && sceneId ? lightGenome(text, sceneId, turns) : null;
+  }
 
   /** @param {WebGL2RenderingContext} gl */
   #dropMaterials(gl) {
@@ -116,7 +166,8 @@ export class DraftMaterial {
   drop(gl) {
     this.#dropMaterials(gl);
     this.#id = "";
-    this.#asked = { text: "", within: 0 };
-    this.#code = null;
+    this.#asked = NOTHING;
+    this.#answer = null;
+    liveStore.draftRefused.value = false;
   }
 }

@@ -46,7 +46,7 @@ export const watchDraftPicture = () =>
     const isLive =
       liveStore.supported.value !== false &&
       liveStore.sceneDrawable.value &&
-      liveStore.environment.value === "";
+      !liveStore.draftRefused.value;
     const wanted = draft && sceneId && !isLive ? { draft, sceneId } : null;
     const id = wanted?.draft.of.id ?? "";
     if (id !== shownFor) replace(null);

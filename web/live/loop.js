@@ -33,6 +33,8 @@ import { readLitCells, updateLitCells } from "./lit_cells.js";
 import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
 import { MaterialCache } from "./material_cache.js";
 import { AdaptiveResolution, displayInterval } from "./resolution.js";
+import { ShadowTexture, shadowKey } from "./shadows.js";
+import { turnOf } from "./spheres.js";
 import { followLight } from "./stills.js";
 import { liveStore } from "./store.js";
 import {
@@ -41,7 +43,7 @@ import {
 import { drawSurroundings, keepSurroundings } from "./surroundings.js";
 
 /** Stands for a scene without lights, which is drawn black. @type {PointLight} */
-const DARK = { place: [0, 0, 1], intensity: [0, 0, 0] };
+const DARK = { place: [0, 0, 1], intensity: [0, 0, 0], index: 0, degrees: 0 };
 
 /** @type {HTMLCanvasElement|null} */
 let canvas = null;
@@ -75,6 +77,7 @@ const AGAIN_MS = 5000;
 /** True while materials are being compiled. */
 let makingMaterials = false;
 const resolution = new AdaptiveResolution();
+const shadows = new ShadowTexture(schedule);
 const cache = new MaterialCache(schedule);
 const draftMaterial = new DraftMaterial(schedule);
 
@@ -124,6 +127,7 @@ function dropResources() {
   placedKey = "";
   litKey = "";
   meteredKey = "";
+  shadows.lose();
   cache.lose();
   draftMaterial.lose();
   showLive(new Set());
@@ -271,14 +275,14 @@ function frame(now) {
   const scene = sceneStore.editedScene.value;
   const gl = context?.gl;
   const generation = lineageStore.generation.value;
-  // The server draws what is edited in environments.
-  const draft = liveStore.environment.value === "" ? lineageStore.draft.value : null;
+  const draft = lineageStore.draft.value;
   // Only the edited centre is drawn then.
   const resting = !(isMoving() || isReplaced());
   if (gl && !draft && !gl.isContextLost()) draftMaterial.drop(gl);
   if (!gl || gl.isContextLost() || !scene || !generation || (resting && !draft)) {
     resolution.pause();
     liveStore.still.value = null;
+    liveStore.turned.value = false;
     liveGeneration = "";
     return showLive(new Set());
   }
@@ -286,7 +290,8 @@ function frame(now) {
   // A new brood's own pictures come first.
   if (!lineageStore.breeding.value && lineageStore.readyId.value === generation.id)
     followLight(degrees, liveStore.lightMoving.value, generation.id);
-  if (!CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
+  const environment = liveStore.environment.value;
+  if (!environment || !CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
     return followOnServer(scene, degrees);
   const path = meshPath(scene, "geometry");
   if (object?.path !== path) {
@@ -312,10 +317,20 @@ function frame(now) {
     placedKey = "";
     litKey = "";
   }
-  const environment = liveStore.environment.value;
-  if (environment !== "" && placedKey === "") {
-    for (const surface of [metering, small, large]) drawPlaces(gl, pens, surface, view);
-    placedKey = key;
+  const confirmed = sceneStore.scene.value ?? scene;
+  // Not the dragged angle, which would cause a measurement of each material at every step.
+  const base = confirmed.light_deg ?? 0;
+  if (environment.key !== "") {
+    const turns = environment.turns > 1;
+    liveStore.turned.value = turns;
+    const turn = turns ? turnOf(scene, degrees) : null;
+    const measured = turns ? turnOf(confirmed, base) : null;
+    const placed = JSON.stringify([key, turn, measured]);
+    if (placed !== placedKey) {
+      for (const surface of [small, large]) drawPlaces(gl, pens, surface, view, turn);
+      drawPlaces(gl, pens, metering, view, measured);
+      placedKey = placed;
+    }
   }
   /** @param {number} at */
   const lightsAt = (at) => {
@@ -323,16 +338,23 @@ function frame(now) {
     return there.length > 0 ? there : [DARK];
   };
   const lights = lightsAt(degrees);
-  const lit = JSON.stringify(lights.map((light) => light.place));
+  // A turned object is drawn without shadows until it rests.
+  const shade = sceneStore.draggedPose.value ? "" : shadowKey(scene);
+  const unknown = !shadows.has(shade);
+  if (unknown && shade === shadowKey(confirmed) && confirmed.id) {
+    const { large: side } = (canvas && layOut(canvas, 1, Infinity)) ?? layout;
+    shadows.request(gl, { key: shade, sceneId: confirmed.id, side });
+    if (isLightMoved() || draft) return showLive(new Set());
+  }
+  const angles = shadows.texture(gl, shade);
+  const lit = JSON.stringify([lights.map((light) => light.place), unknown ? "" : shade]);
   const strength = strengthOf(lights);
-  // Not the dragged angle, which would cause a measurement of each material at every step.
-  const base = sceneStore.scene.value?.light_deg ?? 0;
   const all = Array.from({ length: METER_ANGLES }, (_, k) =>
     normalizedLights(lightsAt(base + (360 * k) / METER_ANGLES), strength),
   ).flat();
   if (lit !== litKey) {
-    if (litKey === "") lightSurface(gl, pens, metering, all);
-    for (const surface of [small, large]) lightSurface(gl, pens, surface, lights);
+    if (litKey === "") lightSurface(gl, pens, metering, all, angles);
+    for (const surface of [small, large]) lightSurface(gl, pens, surface, lights, angles);
     litKey = lit;
   }
   // While the object rotates, the lit cells would be outdated before they are known.
@@ -343,11 +365,12 @@ function frame(now) {
   const lightsKey = JSON.stringify([
     key,
     all.map((light) => [light.place, light.intensity.map(Math.fround)]),
-    environment,
-    environment === "" ? 1 : strength,
+    environment.key,
+    environment.key === "" ? 1 : strength,
+    unknown ? "" : shade,
   ]);
   if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
-    lightSurface(gl, pens, metering, all);
+    lightSurface(gl, pens, metering, all, angles);
     cache.remeter(gl);
     draftMaterial.remeter(gl);
     meteredKey = lightsKey;
@@ -374,8 +397,8 @@ function frame(now) {
   const exposure = scene.film.exposure;
   const materials = squares.flatMap((square) => {
     const of = individualSeenIn(square.cell);
-    const edited = square.cell === "centre" && of?.id === draft?.of.id && draftMaterial.drawable;
-    const material = edited || (of && !resting && cache.drawable(of));
+    const edited = square.cell === "centre" && of?.id === draft?.of.id && draftMaterial.drawable(environment);
+    const material = edited || (of && !resting && cache.drawable(of, environment));
     return material ? [{ ...square, material }] : [];
   });
   // All frames have one light: none is drawn under a moved light before all can be.

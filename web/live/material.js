@@ -141,6 +141,21 @@ export const linkDark = (gl) =>
     linkNow(gl, OUTLINED, fragment("precision highp float;", 0, surrounded)),
   );
 
+/** Key of the environments of a material; empty without. @param {Material} of */
+export const environmentOf = ({ spheres }) => spheres?.environment ?? "";
+
+/**
+ * Replaces the environments of a material that has some, and measures its exposure again.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Material} of
+ * @param {Spheres|null} spheres
+ */
+export function replaceSpheres(gl, of, spheres) {
+  if (of.spheres) dropSpheres(gl, of.spheres);
+  of.spheres = spheres;
+  remeter(gl, of);
+}
+
 /** @param {WebGL2RenderingContext} gl @param {Material} of */
 export function dropMaterial(gl, of) {
   deleteProgram(gl, of.linked);

@@ -4,13 +4,15 @@
  *
  * @import { Individual } from "../model.js"
  * @import { Look, Material, Meter } from "./material.js"
- * @import { Spheres } from "./spheres.js"
+ * @import { Environment } from "./spheres.js"
  * @import { SurfacePrograms } from "./surface.js"
  */
 import { getText, problemOf } from "../api/request.js";
 import { lineageStore } from "../lineage/store.js";
 import { sceneStore } from "../scene/store.js";
-import { METER_ANGLES, advance, dropMaterial, makeMaterial, remeter } from "./material.js";
+import {
+  METER_ANGLES, advance, dropMaterial, environmentOf, makeMaterial, remeter, replaceSpheres,
+} from "./material.js";
 import { getSpheres, makeSpheres } from "./spheres.js";
 
 /** Number of materials kept: three broods, so that going back and forth compiles nothing. */
@@ -24,14 +26,15 @@ const AGAIN_MS = 5000;
  * @typedef {{source: string|null, within: number, file: ArrayBuffer|null, environment: string,
  *   material: Material|null, fetching: boolean, failed: boolean, hasFailed: boolean, used: number}}
  *   Entry `source`: GLSL; `within`: bound on the texture coordinates for which it was generated;
- *   `file`: lit spheres in the environments of the key `environment`; `failed`: the server refused
+ *   `file`: lit spheres in the environments of the key `environment`, which the material may not
+ *   have yet; `failed`: the server refused
  *   the request or could not be reached a moment ago; `hasFailed`: nothing has come since; `used`:
  *   time of the last use, in calls of `work`.
  *
- * @typedef {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment: string,
- *   together: number}}
+ * @typedef {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment:
+ *   Environment, together: number}}
  *   Making `look`: where exposure is measured; `within`: bound on the object's texture coordinates;
- *   `environment`: key of the environments; `together`: number of shaders compiled at a time
+ *   `together`: number of shaders compiled at a time
  */
 
 /** True if the lineage's materials are painted: they are the server's pictures. */
@@ -49,10 +52,14 @@ export class MaterialCache {
     this.#changed = changed;
   }
 
-  /** The material of an individual if it can be drawn, else null. @param {Individual} of */
-  drawable(of) {
+  /**
+   * The material of an individual if it can be drawn in these environments, else null.
+   * @param {Individual} of
+   * @param {Environment} environment
+   */
+  drawable(of, { key }) {
     const material = this.#entries.get(of.hash)?.material;
-    return material?.drawable ? material : null;
+    return material?.drawable && environmentOf(material) === key ? material : null;
   }
 
   /** True if the server or the driver refused the material. @param {Individual} of */
@@ -79,29 +86,38 @@ export class MaterialCache {
       entry.used = this.#clock;
       const { fetching } = entry;
       const outgrown = entry.within < scene.within && !fetching;
-      const elsewhere = entry.environment !== scene.environment && !fetching;
-      if (entry.material && (outgrown || elsewhere || entry.material.lights !== lights))
+      const { key } = scene.environment;
+      const elsewhere = entry.environment !== key && !fetching;
+      if (
+        entry.material &&
+        (outgrown ||
+          (elsewhere && (entry.environment === "" || key === "")) ||
+          entry.material.lights !== lights)
+      )
         this.#drop(gl, entry);
       if (outgrown) entry.source = null;
       if (elsewhere) {
-        entry.environment = scene.environment;
+        entry.environment = key;
         entry.file = null;
         // Another environment may not need what was refused.
         if (entry.hasFailed) entry.failed = entry.hasFailed = false;
       }
-      if (entry.failed || entry.material?.state === "refused" || entry.material?.state === "ready")
-        continue;
-      if (entry.source === null || (entry.file === null && scene.environment !== "")) {
+      const { material } = entry;
+      if (entry.failed || material?.state === "refused") continue;
+      if (material?.state === "ready" && environmentOf(material) === key) continue;
+      if (entry.source === null || (entry.file === null && key !== "")) {
         if (!fetching && this.#fetching < FETCHES) void this.#fetch(of, entry, scene);
         continue;
       }
       if (busy === scene.together) continue;
       busy += 1;
-      if (entry.material) advance(gl, entry.material, scene);
-      else {
-        const spheres = entry.file && makeSpheres(gl, entry.file);
-        entry.material = makeMaterial(gl, entry.source, lights, spheres);
+      if (material && environmentOf(material) === entry.environment) {
+        advance(gl, material, scene);
+        continue;
       }
+      const spheres = entry.file && makeSpheres(gl, entry.file, entry.environment);
+      if (material) replaceSpheres(gl, material, spheres);
+      else entry.material = makeMaterial(gl, entry.source, lights, spheres);
     }
     this.#forget(gl);
     return busy > 0;
@@ -157,8 +173,8 @@ export class MaterialCache {
         `/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}`,
       );
       const sceneId = sceneStore.scene.peek()?.id;
-      if (environment !== "" && sceneId) {
-        entry.file = await getSpheres(of.id, sceneId);
+      if (environment.key !== "" && sceneId) {
+        entry.file = await getSpheres(of.id, sceneId, environment.turns);
         // Anisotropic and textured materials have none: the server's pictures stay.
         entry.failed = entry.file.byteLength === 0;
         entry.hasFailed = entry.failed;

@@ -3,13 +3,16 @@
  *
  * @import { Cell, Vec3 } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
+ * @import { Environment } from "./spheres.js"
  * @import { Still } from "./stills.js"
  */
 import { computed, signal } from "../vendor/signals-core.js";
 import { loadSetting } from "../page/memory.js";
 import { sceneStore } from "../scene/store.js";
 import { isDrawable } from "./camera.js";
-import { environmentKey, isTurning } from "./spheres.js";
+import {
+  NO_ENVIRONMENT, isTurnedAsWhole, isTurning, restingEnvironment, turningEnvironment,
+} from "./spheres.js";
 
 /** Default speed of the light, degrees a second. */
 const SPEED = 40;
@@ -46,22 +49,34 @@ class LiveStore {
     return lights.some(({ kind, fixed }) => kind !== "environment" || !fixed);
   });
 
-  /**
-   * Identity of the environments that the server has confirmed; empty if there are none.
-   * @type {Signal<string>}
-   */
-  environment = computed(() => (sceneStore.scene.value ? environmentKey(sceneStore.scene.value) : ""));
+  /** True since environments have turned, until nothing is drawn live. @type {Signal<boolean>} */
+  turned = signal(false);
 
   /**
-   * True if the scene is one that can be drawn live. Environments can be while they rest.
-   * @type {Signal<boolean>}
+   * The environments as they are drawn; null if they cannot be. They have to be those that the
+   * server has confirmed, apart from their rotation as a whole.
+   * @type {Signal<Environment|null>}
    */
+  environment = computed(() => {
+    const [scene, edited] = [sceneStore.scene.value, sceneStore.editedScene.value];
+    if (!scene || !edited) return NO_ENVIRONMENT;
+    const moves = this.lightMoving.value && isTurning(edited);
+    const confirmed = restingEnvironment(scene);
+    const rests = !moves && restingEnvironment(edited).key === confirmed.key;
+    if (rests && (!this.turned.value || confirmed.key === "")) return confirmed;
+    const turning = moves && !isTurnedAsWhole(edited) ? null : turningEnvironment(edited);
+    if (turning && turning.key === turningEnvironment(scene)?.key) return turning;
+    return rests ? confirmed : null;
+  });
+
+  /** True if the scene is one that can be drawn live. @type {Signal<boolean>} */
   sceneDrawable = computed(() => {
     const scene = sceneStore.editedScene.value;
-    if (scene === null) return true;
-    const rests = !(this.lightMoving.value && isTurning(scene));
-    return isDrawable(scene) && rests && environmentKey(scene) === this.environment.value;
+    return scene === null || (isDrawable(scene) && this.environment.value !== null);
   });
+
+  /** True if the edited centre is the server's picture: its material has no lit spheres. */
+  draftRefused = signal(false);
 }
 
 export const liveStore = new LiveStore();

@@ -22,7 +22,8 @@
 import { dropLitCells, makeLitCells, resetLitCells } from "./lit_cells.js";
 import { SIDES, outline, triangles } from "./outline.js";
 import { EVERYWHERE, OUTLINED, linkNow, read, uniformLocation } from "./program.js";
-import { PLACES, SURROUNDINGS } from "./spheres.js";
+import { REACHED, angleOf } from "./shadows.js";
+import { PLACES, SURROUNDINGS, TURNED_PLACES } from "./spheres.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -157,6 +158,7 @@ uniform sampler2D tangent;
 uniform int base;
 uniform vec3 light;
 out vec4 result;
+${REACHED}
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
   vec4 p = texelFetch(point, here, 0);
@@ -166,7 +168,7 @@ void main() {
   float squared = dot(towards, towards);
   vec3 wi = towards * inversesqrt(squared);
   float cos_i = dot(wi, n.xyz);
-  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 ? p.w * cos_i / squared : 0.0, n.w);
+  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 && reached(here) ? p.w * cos_i / squared : 0.0, n.w);
 }`;
 
 /** Number of samples per pixel for coverage. */
@@ -184,8 +186,8 @@ const MASK_SAMPLES = 4;
  *   `side`: of its pictures in pixels. `slots`: largest number of lights, whose pictures in `lit`
  *   are stacked. `whole`: false if there was not enough memory. `within`: a polygon around the
  *   object, outside of which nothing is shaded. `parts`: cells that lights may reach. `found`:
- *   position, normal and tangent of the shading points. `places`: of their normals on lit spheres.
- *   `surroundings`: radiances in the environments, by material (`surroundings.js`).
+ *   position, normal and tangent of the shading points. `places`: of their normals on lit spheres,
+ *   and shares. `surroundings`: radiances in the environments, by material (`surroundings.js`).
  *   `many`: the multisampled framebuffer of the mask.
  *
  * @typedef {{texture: WebGLTexture, framebuffer: WebGLFramebuffer, known: boolean}} Surrounding
@@ -194,7 +196,7 @@ const MASK_SAMPLES = 4;
  * @typedef {{geometry: Geometry, tangents: "vertex"|"triangle"}} Mesh `tangents`: as in scenes
  *
  * @typedef {{surface: Linked, mask: Linked, found: Linked, lit: Linked, places: Linked,
- *   surroundings: Linked}} SurfacePrograms
+ *   turnedPlaces: Linked, surroundings: Linked}} SurfacePrograms
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {SurfacePrograms} */
@@ -204,6 +206,7 @@ export const linkSurfacePrograms = (gl) => ({
   found: linkNow(gl, EVERYWHERE, FOUND),
   lit: linkNow(gl, OUTLINED, LIT),
   places: linkNow(gl, OUTLINED, PLACES),
+  turnedPlaces: linkNow(gl, OUTLINED, TURNED_PLACES),
   surroundings: linkNow(gl, OUTLINED, SURROUNDINGS),
 });
 
@@ -280,7 +283,7 @@ export function makeSurface(gl, side, slots) {
   gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
   gl.bindVertexArray(null);
   const found = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
-  const places = [0, 1].map(() => texture(gl, gl.RGBA32F, side));
+  const places = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
   const maskFramebuffer = drawsInto(gl, mask);
   const foundFramebuffer = drawsInto(gl, seen, ...found);
   const litFramebuffer = drawsInto(gl, lit);
@@ -437,14 +440,19 @@ export function drawSurface(gl, pens, into, mesh, view) {
  * @param {SurfacePrograms} pens
  * @param {Surface} into
  * @param {PointLight[]} lights no more than there are slots
+ * @param {WebGLTexture} angles at which they reach the surface
  */
-export function lightSurface(gl, pens, into, lights) {
+export function lightSurface(gl, pens, into, lights, angles) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
-  read(gl, pens.lit, { point: into.found[0], normal: into.found[1], tangent: into.found[2] });
+  const [point, normal, tangent] = into.found;
+  read(gl, pens.lit, { point, normal, tangent, angles });
+  gl.uniform1i(uniformLocation(gl, pens.lit, "side"), into.side);
   lights.forEach((light, slot) => {
     gl.viewport(0, slot * into.side, into.side, into.side);
     gl.uniform1i(uniformLocation(gl, pens.lit, "base"), slot * into.side);
     gl.uniform3fv(uniformLocation(gl, pens.lit, "light"), light.place);
+    gl.uniform1ui(uniformLocation(gl, pens.lit, "angle"), angleOf(light.degrees));
+    gl.uniform1i(uniformLocation(gl, pens.lit, "numbered"), light.index);
     drawWithin(gl, into);
   });
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -456,15 +464,20 @@ export function lightSurface(gl, pens, into, lights) {
  * @param {SurfacePrograms} pens
  * @param {Surface} into
  * @param {View} view
+ * @param {number|null} degrees turn of the environments; null at rest
  */
-export function drawPlaces(gl, pens, into, view) {
-  const pen = pens.places;
+export function drawPlaces(gl, pens, into, view, degrees) {
+  const pen = degrees === null ? pens.places : pens.turnedPlaces;
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.placesFramebuffer);
   gl.viewport(0, 0, into.side, into.side);
   read(gl, pen, { point: into.found[0], normal: into.found[1] });
   bindView(gl, pen, view);
   gl.uniform1f(uniformLocation(gl, pen, "lens"), view.half);
-  gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
+  if (degrees === null) gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
+  else {
+    gl.uniform1f(uniformLocation(gl, pen, "turn"), (degrees * Math.PI) / 180);
+    gl.uniformMatrix3fv(uniformLocation(gl, pen, "world"), false, view.world.flat());
+  }
   drawWithin(gl, into);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   for (const one of into.surroundings.values()) one.known = false;

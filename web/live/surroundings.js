@@ -6,7 +6,7 @@
  * @import { Spheres } from "./spheres.js"
  * @import { Surface, SurfacePrograms } from "./surface.js"
  */
-import { read, uniformLocation } from "./program.js";
+import { read } from "./program.js";
 import { drawWithin, drawsInto, texture } from "./surface.js";
 
 /**
@@ -25,11 +25,10 @@ export function drawSurroundings(gl, pens, surface, spheres) {
     surface.surroundings.set(spheres, held);
   }
   if (held.known) return;
-  const [lower, upper] = surface.places;
+  const [lower, upper, between] = surface.places;
   gl.bindFramebuffer(gl.FRAMEBUFFER, held.framebuffer);
   gl.viewport(0, 0, surface.side, surface.side);
-  read(gl, pens.surroundings, { lower, upper, spheres: spheres.texture });
-  gl.uniform1i(uniformLocation(gl, pens.surroundings, "side"), surface.side);
+  read(gl, pens.surroundings, { lower, upper, between, spheres: spheres.texture });
   drawWithin(gl, surface);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   held.known = true;

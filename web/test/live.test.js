@@ -8,6 +8,7 @@ import { meshPath, readGeometry } from "../live/geometry.js";
 import { METER_GAIN, autoGain } from "../live/material.js";
 import { SIDES, outline, triangles } from "../live/outline.js";
 import { AdaptiveResolution, displayInterval } from "../live/resolution.js";
+import { restingEnvironment, turnOf, turningEnvironment } from "../live/spheres.js";
 
 const extent = { centre: /** @type {[number, number, number]} */ ([0, 0, 0]), radius: 1 };
 const still = { rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1], scale: 1 };
@@ -223,4 +224,42 @@ test("the mesh is requested with the pole of its texture", () => {
     meshPath({ mesh: "sphere", sphere_pole: "z" }, "mesh.glb"),
     "/v1/meshes/sphere/mesh.glb?sphere_pole=z",
   );
+});
+
+test("environments in any rotation as a whole have one key while they turn", () => {
+  /** @param {object[]} lights @param {object} [more] */
+  const scene = (lights, more) =>
+    /** @type {import("../model.js").Scene} */ ({
+      mesh: "",
+      rotation_deg: [0, 0, 0],
+      scale: 1,
+      camera: { orbit_deg: [30, 20], fov_y_deg: 30 },
+      film: { exposure: "auto", tone: "none" },
+      light_deg: 20,
+      lights,
+      ...more,
+    });
+  /** @param {number} rotation_deg @param {boolean} fixed */
+  const studio = (rotation_deg, fixed) => ({ kind: "environment", image: "studio", rotation_deg, fixed });
+  const one = scene([{}, studio(70, true)]);
+  const other = scene([studio(300, false)]);
+  assert.deepEqual([turnOf(one, 20), turnOf(other, 20)], [70, 320]);
+  assert.deepEqual(turningEnvironment(one), turningEnvironment(other));
+  assert.notEqual(restingEnvironment(one).key, restingEnvironment(other).key);
+  assert.deepEqual(
+    restingEnvironment(one),
+    restingEnvironment(scene([studio(50, false)])),
+    "the light angle counts as rotation",
+  );
+  const apart = [studio(10, true), studio(90, true)];
+  assert.notEqual(
+    turningEnvironment(scene(apart))?.key,
+    turningEnvironment(scene([apart[0], studio(91, true)]))?.key,
+  );
+  assert.equal(restingEnvironment(scene([{}])).key, "");
+  assert.equal(turningEnvironment(scene([{}])), null);
+  const backdrop = { backdrop: { kind: "environment", blur_deg: 0 } };
+  assert.equal(turningEnvironment(scene(apart, backdrop)), null, "the backdrop would stay");
+  const above = { camera: { orbit_deg: [0, 85], fov_y_deg: 30 } };
+  assert.equal(turningEnvironment(scene(apart, above)), null, "rows of eyes pass the pole");
 });

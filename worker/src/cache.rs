@@ -13,7 +13,7 @@ use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
 use brood_scene::{
     Film, LobeShape, LobeTable, MeshRef, PictureSize, PixelArea, PrefilteredLight, SampleSet,
-    Sampling, Scene,
+    Sampling, Scene, SphereLayout,
 };
 use moka::sync::Cache;
 
@@ -177,9 +177,10 @@ impl<'a> SceneView<'a> {
         hasher.finalize()
     }
 
-    fn spheres_key(&self, side: u32) -> blake3::Hash {
+    fn spheres_key(&self, layout: SphereLayout) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(self.key.as_bytes()).update(b"lit spheres").update(&side.to_le_bytes());
+        hasher.update(self.key.as_bytes()).update(b"lit spheres");
+        hasher.update(&layout.texels.to_le_bytes()).update(&layout.turns.to_le_bytes());
         hasher.finalize()
     }
 }
@@ -248,13 +249,17 @@ impl Caches {
         })
     }
 
-    /// Returns the environments of a view on its lit spheres, of `side` texels.
-    pub(crate) fn lit_spheres(&self, view: &SceneView<'_>, side: u32) -> Arc<LightOnPoints> {
+    /// Returns the environments of a view on its lit spheres.
+    pub(crate) fn lit_spheres(
+        &self,
+        view: &SceneView<'_>,
+        layout: SphereLayout,
+    ) -> Arc<LightOnPoints> {
         let make = || {
             let (scene, mesh, assets) = (view.scene, view.mesh, view.assets);
-            LightOnPoints::new(PrefilteredLight::on_spheres(scene, mesh, assets, side))
+            LightOnPoints::new(PrefilteredLight::on_spheres(scene, mesh, assets, layout))
         };
-        self.timed_set(view.spheres_key(side), make)
+        self.timed_set(view.spheres_key(layout), make)
     }
 
     /// Returns what `make` makes of a raster, from the cache if possible. `make` also returns its

@@ -1,16 +1,18 @@
 //! Picture as a file, with the cost of shading it.
 
-use brood_eval::{Developed, LitBackdrop, LitSpheres, RadianceImage, encode_exr, encode_png};
+use brood_eval::{
+    Developed, LitBackdrop, LitSpheres, RadianceImage, encode_angles, encode_exr, encode_png,
+};
 use brood_inspect::Picture;
 use brood_program::Program;
 use brood_protocol::{PictureFormat, PictureKey, RenderedPicture};
-use brood_scene::LobeNodes;
+use brood_scene::{LitAngles, LobeNodes, SphereLayout};
 
 use crate::error::RenderError;
 use crate::evaluated_picture::EvaluatedPicture;
 
-fn no_spheres() -> RenderError {
-    RenderError::Encode("lit spheres need a program".to_owned())
+fn no_picture() -> RenderError {
+    RenderError::Encode("the format does not show this subject".to_owned())
 }
 
 /// Encoded picture.
@@ -35,7 +37,7 @@ impl EncodedPicture {
         let encoded = match format {
             PictureFormat::Png => Self::png(&backdrop.behind(picture.develop()?)),
             PictureFormat::Exr => Self::exr(&picture.radiance()?)?,
-            PictureFormat::Spheres => return Err(no_spheres()),
+            PictureFormat::Spheres | PictureFormat::Angles => return Err(no_picture()),
         };
         let samples = picture.samples();
         Ok(Self { samples, operations: samples * program.operations() as u64, ..encoded })
@@ -49,7 +51,7 @@ impl EncodedPicture {
         let encoded = match format {
             PictureFormat::Png => Self::png(&picture.developed),
             PictureFormat::Exr => Self::exr(&picture.radiance)?,
-            PictureFormat::Spheres => return Err(no_spheres()),
+            PictureFormat::Spheres | PictureFormat::Angles => return Err(no_picture()),
         };
         Ok(Self { samples: picture.samples as u64, ..encoded })
     }
@@ -63,14 +65,21 @@ impl EncodedPicture {
 
     /// Encodes the radiance of a program on its lit spheres.
     pub(crate) fn spheres(
-        (side, radiance): (u32, &[[f32; 3]]),
+        layout: SphereLayout,
+        radiance: &[[f32; 3]],
         backdrop: Option<&[[f32; 3]]>,
         program: &Program,
     ) -> Self {
         let samples = LobeNodes::get().set().len() as u64;
         let operations = samples * program.operations() as u64;
-        let bytes = LitSpheres::encode(side, radiance, backdrop);
+        let bytes = LitSpheres::encode(layout, radiance, backdrop);
         Self { bytes, exposure_ev: 0.0, samples, operations }
+    }
+
+    /// Encodes the angles at which the lights of a scene reach its points.
+    pub(crate) fn angles(angles: &LitAngles) -> Self {
+        let bytes = encode_angles(angles);
+        Self { bytes, exposure_ev: 0.0, samples: 0, operations: 0 }
     }
 
     fn exr(radiance: &RadianceImage) -> Result<Self, RenderError> {

@@ -13,7 +13,7 @@ use brood_protocol::{
     Backend, BackendReport, Frame, PictureFormat, RenderStats, RenderedPicture, WorkerReport,
 };
 use brood_scene::{
-    Backdrop, Exposure, Film, LobeNodes, LobeTable, PixelArea, SPHERES_ACROSS, SampleSet, Sampling,
+    Backdrop, Exposure, Film, LobeNodes, LobeTable, PixelArea, SampleSet, Sampling, SphereLayout,
     backdrop_radiance,
 };
 use rayon::prelude::*;
@@ -207,14 +207,15 @@ impl Renderer {
     ) -> Result<Vec<EncodedPicture>, RenderError> {
         let scene = frame.scene()?;
         scene.validate()?;
-        let side = frame.size_px.width / SPHERES_ACROSS;
         if !scene.is_prefilterable() || !programs.iter().all(|program| is_prefilterable(program)) {
             let words = "lit spheres need an environment and isotropic homogeneous programs";
             return Err(RenderError::Missing(words.to_owned()));
         }
+        let words = || RenderError::Missing("no lit spheres have this size".to_owned());
+        let layout = SphereLayout::of_size(frame.size_px).ok_or_else(words)?;
         let assets = self.loaded_assets();
         let texels = frame.size_px.pixels() as usize;
-        let made = self.caches.lit_spheres(&SceneView::new(&scene, mesh, &assets), side);
+        let made = self.caches.lit_spheres(&SceneView::new(&scene, mesh, &assets), layout);
         let tables = self.lobe_tables(frame.backend, programs)?;
         let tables: Vec<&LobeTable> = tables.iter().map(|table| &**table).collect();
         let radiance = self.caches.counters.timed(
@@ -230,7 +231,7 @@ impl Renderer {
             Some(Backdrop::Color { .. }) | None => None,
         };
         let encoded = of_program.map(|(own, program)| {
-            EncodedPicture::spheres((side, own), backdrop.as_deref(), program)
+            EncodedPicture::spheres(layout, own, backdrop.as_deref(), program)
         });
         Ok(encoded.collect())
     }

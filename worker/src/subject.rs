@@ -11,7 +11,7 @@ use brood_program::Program;
 use brood_protocol::{
     Aspect, Frame, MeshSource, PictureFormat, PictureKey, RenderedPicture, Subject, TargetSource,
 };
-use brood_scene::{Exposure, PictureSize, PixelArea, Raster, SampleSet};
+use brood_scene::{Exposure, LitAngles, PictureSize, PixelArea, Raster, SampleSet};
 use brood_target::{KnownView, PixelStatus};
 
 use crate::cache::{LoadedMesh, SceneView};
@@ -40,7 +40,10 @@ impl Renderer {
     ) -> Result<Vec<RenderedPicture>, RenderError> {
         let plain = |one: &LoadedSubject| match &one.subject {
             Subject::Program(program) => Some(program.clone()),
-            Subject::Difference(_) | Subject::Target(..) | Subject::Matched(..) => None,
+            Subject::Difference(_)
+            | Subject::Target(..)
+            | Subject::Matched(..)
+            | Subject::Scene => None,
         };
         let programs: Vec<Arc<Program>> = subjects.iter().filter_map(plain).collect();
         let programs: Vec<&Program> = programs.iter().map(AsRef::as_ref).collect();
@@ -62,6 +65,7 @@ impl Renderer {
                     let mut pictures = self.encoded(&frame, mesh, &[program])?;
                     pictures.pop().expect("one picture per program")
                 }
+                (Subject::Scene, _) => Self::lit_angles(frame, mesh)?,
                 (Subject::Target(..) | Subject::Matched(..), None) => {
                     return Err(RenderError::NoTarget);
                 }
@@ -69,6 +73,19 @@ impl Renderer {
             Ok(picture.with_key(one.key))
         };
         subjects.iter().map(picture).collect()
+    }
+
+    /// Finds the angles at which the lights of a scene reach its points.
+    fn lit_angles(frame: &Frame, mesh: &LoadedMesh) -> Result<EncodedPicture, RenderError> {
+        let scene = frame.scene()?;
+        scene.validate()?;
+        let PictureSize { width, height } = frame.size_px;
+        if frame.format != PictureFormat::Angles || width != height {
+            return Err(RenderError::Missing(
+                "lit angles need a square of their format".to_owned(),
+            ));
+        }
+        Ok(EncodedPicture::angles(&LitAngles::trace(&scene, mesh.mesh(), width)))
     }
 
     /// Renders the absolute difference of two programs. The frame must have a fixed exposure.

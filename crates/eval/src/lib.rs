@@ -30,6 +30,7 @@ mod film;
 mod fitness;
 mod lanes;
 mod layer;
+mod lit_angles;
 mod lit_spheres;
 mod model;
 mod picture;
@@ -58,6 +59,7 @@ pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,
     Screening, Selected, TargetError, select_best,
 };
+pub use lit_angles::{are_angles, encode_angles};
 pub use lit_spheres::{BACKDROP_TEXELS, LitSpheres};
 pub use model::{model_error, model_reflectance};
 pub use picture::{

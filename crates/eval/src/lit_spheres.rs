@@ -1,18 +1,17 @@
 //! Files of lit spheres for the page: radiance as 16-bit floats.
 
-use brood_scene::SPHERES_ACROSS;
+use brood_scene::SphereLayout;
 use half::f16;
 
 /// Writer and reader of files of lit spheres: the radiance of a material in environments, for all
 /// normals, seen from several places of a picture.
 ///
 /// # Shapes
-/// Little-endian: the magic `broodlit`, u32 version, u32 texels along the side of a sphere, f32
-/// unit, then red, green and blue of each texel as 16-bit floats. Texels are as
-/// [`brood_scene::PrefilteredLight::on_spheres`] orders them: [`SPHERES_ACROSS`] times the side in
-/// each of as many rows. Then, if the scene has environments as its backdrop, f32 unit and their
-/// radiance behind the object in a square picture of [`BACKDROP_TEXELS`] a side, row by row from
-/// the top.
+/// Little-endian: the magic `broodlit`, u32 version, u32 texels along the side of a sphere, u32
+/// turns of the environments, f32 unit, then red, green and blue of each texel as 16-bit floats.
+/// Texels are as [`brood_scene::PrefilteredLight::on_spheres`] orders them. Then, if the scene has
+/// environments as its backdrop, f32 unit and their radiance behind the object in a square picture
+/// of [`BACKDROP_TEXELS`] a side, row by row from the top.
 ///
 /// # Units
 /// Numbers are radiance divided by the unit, W/(m2 sr).
@@ -23,11 +22,11 @@ use half::f16;
 pub struct LitSpheres;
 
 const MAGIC: &[u8; 8] = b"broodlit";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Texels along the side of a backdrop.
 pub const BACKDROP_TEXELS: u32 = 64;
 /// Bytes before the texels.
-const HEAD: usize = 20;
+const HEAD: usize = 24;
 const TEXEL: usize = 6;
 /// Exponent of the largest value in units: 16-bit floats end at 65,504.
 const LARGEST: i32 = 14;
@@ -38,12 +37,17 @@ impl LitSpheres {
     /// Encodes the radiance of all texels, and of the backdrop if there is one. Values that are not
     /// finite or below 0 become 0.
     #[must_use]
-    pub fn encode(side: u32, radiance: &[[f32; 3]], backdrop: Option<&[[f32; 3]]>) -> Vec<u8> {
-        let [without, with] = Self::sizes(side);
+    pub fn encode(
+        layout: SphereLayout,
+        radiance: &[[f32; 3]],
+        backdrop: Option<&[[f32; 3]]>,
+    ) -> Vec<u8> {
+        let [without, with] = Self::sizes(layout);
         let mut bytes = Vec::with_capacity(if backdrop.is_some() { with } else { without });
         bytes.extend(MAGIC);
         bytes.extend(VERSION.to_le_bytes());
-        bytes.extend(side.to_le_bytes());
+        bytes.extend(layout.texels.to_le_bytes());
+        bytes.extend(layout.turns.to_le_bytes());
         push_texels(radiance, &mut bytes);
         if let Some(backdrop) = backdrop {
             push_texels(backdrop, &mut bytes);
@@ -53,17 +57,18 @@ impl LitSpheres {
 
     /// Returns the size of a file in bytes, without and with a backdrop.
     #[must_use]
-    pub fn sizes(side: u32) -> [usize; 2] {
-        let across = (SPHERES_ACROSS * side) as usize;
-        let without = HEAD + TEXEL * across * across;
+    pub fn sizes(layout: SphereLayout) -> [usize; 2] {
+        let without = HEAD + TEXEL * layout.size_px().pixels() as usize;
         [without, without + size_of::<f32>() + TEXEL * (BACKDROP_TEXELS as usize).pow(2)]
     }
 
-    /// Returns the texels along the side of a sphere; `None` if the file is of another kind.
+    /// Returns the layout of a file; `None` if it is of another kind.
     #[must_use]
-    pub fn side_of(bytes: &[u8]) -> Option<u32> {
+    pub fn layout_of(bytes: &[u8]) -> Option<SphereLayout> {
         let rest = bytes.strip_prefix(MAGIC)?.strip_prefix(&VERSION.to_le_bytes())?;
-        rest.first_chunk().map(|side| u32::from_le_bytes(*side))
+        let (texels, rest) = rest.split_first_chunk()?;
+        let turns = u32::from_le_bytes(*rest.first_chunk()?);
+        Some(SphereLayout { texels: u32::from_le_bytes(*texels), turns })
     }
 }
 
@@ -90,13 +95,15 @@ mod tests {
             let mut texels = [[0.0; 3]; 9];
             texels[0] = [f32::NAN, -1.0, f32::INFINITY];
             texels[1] = [brightest, brightest / 3e4, 0.0];
-            let bytes = LitSpheres::encode(1, &texels, None);
-            assert_eq!(bytes.len(), LitSpheres::sizes(1)[0]);
+            let layout = SphereLayout { texels: 1, turns: 1 };
+            let bytes = LitSpheres::encode(layout, &texels, None);
+            assert_eq!(bytes.len(), LitSpheres::sizes(layout)[0]);
             let backdrop = vec![[0.5; 3]; 64 * 64];
-            let more = LitSpheres::encode(1, &texels, Some(&backdrop));
-            assert_eq!((more.len(), &more[..bytes.len()]), (LitSpheres::sizes(1)[1], &bytes[..]));
-            assert_eq!(LitSpheres::side_of(&bytes), Some(1));
-            let unit = f64::from(f32::from_le_bytes(*bytes[16..].first_chunk().unwrap()));
+            let more = LitSpheres::encode(layout, &texels, Some(&backdrop));
+            let expected = (LitSpheres::sizes(layout)[1], &bytes[..]);
+            assert_eq!((more.len(), &more[..bytes.len()]), expected);
+            assert_eq!(LitSpheres::layout_of(&bytes), Some(layout));
+            let unit = f64::from(f32::from_le_bytes(*bytes[20..].first_chunk().unwrap()));
             let read = |at: usize| {
                 let number = *bytes[HEAD + 2 * at..].first_chunk().unwrap();
                 f64::from(f16::from_le_bytes(number)) * unit
@@ -110,8 +117,12 @@ mod tests {
     }
 
     #[test]
-    fn file_of_another_kind_has_no_side() {
-        assert_eq!(LitSpheres::side_of(b"broodlit"), None);
-        assert_eq!(LitSpheres::side_of(&[0; 40]), None);
+    fn file_of_another_kind_has_no_layout() {
+        assert_eq!(LitSpheres::layout_of(b"broodlit"), None);
+        assert_eq!(LitSpheres::layout_of(&[0; 40]), None);
+        let layout = SphereLayout { texels: 2, turns: 4 };
+        let turned = LitSpheres::encode(layout, &[[0.5; 3]; 48], None);
+        assert_eq!(turned.len(), LitSpheres::sizes(layout)[0]);
+        assert_eq!(LitSpheres::layout_of(&turned), Some(layout));
     }
 }

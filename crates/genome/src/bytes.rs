@@ -125,6 +125,7 @@ impl Genome {
         bytes.push(match dialect.opcodes {
             OpcodeSet::Paper => 0,
             OpcodeSet::Extended => 1,
+            OpcodeSet::Directed => 2,
         });
         bytes.push(match dialect.parametrisation {
             Parametrisation::Smooth => 0,
@@ -171,7 +172,11 @@ impl Genome {
         let body = bytes.strip_prefix(HEAD).ok_or(BytesError::Head)?;
         let mut reader = Reader { total: bytes.len(), rest: body };
         let (dialect, [limited, has_layers, has_effects]) = reader.dialect()?;
-        dialect.validate().map_err(GenomeError::from)?;
+        let validated = match has_effects {
+            true => dialect.validate_painted(),
+            false => dialect.validate(),
+        };
+        validated.map_err(GenomeError::from)?;
         let instructions = (0..usize::from(dialect.length))
             .map(|index| reader.instruction(index, &dialect))
             .collect::<Result<_, _>>()?;
@@ -244,6 +249,7 @@ impl Reader<'_> {
         let opcodes = self.byte(|byte| match byte {
             0 => Some(OpcodeSet::Paper),
             1 => Some(OpcodeSet::Extended),
+            2 => Some(OpcodeSet::Directed),
             _ => None,
         })?;
         let parametrisation = self.byte(|byte| match byte {

@@ -13,6 +13,9 @@ pub enum OpcodeSet {
     Paper,
     /// Also four more smooth functions, and symmetric inputs in R7, R8 and R9.
     Extended,
+    /// As extended, with inputs of the first light, the eye and the depth in R10 and R11 that
+    /// change when the directions are exchanged. For programs of painted materials only.
+    Directed,
 }
 
 /// Rules for the genomes of a lineage. Fixed within a lineage, except `isotropic` and
@@ -24,7 +27,7 @@ pub struct Dialect {
     pub opcodes: OpcodeSet,
     /// Form of the azimuthal inputs.
     pub parametrisation: Parametrisation,
-    /// Number of temporary registers, 4 to 16 (extended: 10 to 16).
+    /// Number of temporary registers, 4 to 16 (extended: 10 to 16, directed: 12 to 16).
     pub registers: u8,
     /// Number of instructions, 1 to 1024; 0 for genomes of models without a program.
     pub length: u16,
@@ -58,6 +61,9 @@ pub enum DialectError {
         /// Number that was given.
         given: u8,
     },
+    /// Only painted materials read directed inputs.
+    #[error("the opcode set `directed` is for genomes with effects")]
+    Directed,
     /// The length is above 1024.
     #[error("length must be between 0 and 1024, got {0}")]
     Length(u16),
@@ -102,14 +108,27 @@ const INITIAL: [[Symbol; 4]; 7] = [
 ];
 
 impl Dialect {
-    /// Checks the bounds of the fields.
+    /// Checks the bounds of the fields, for BRDFs.
+    ///
+    /// # Errors
+    /// Returns [`DialectError`] if the number of registers or the length is out of range, or the
+    /// opcode set is that of painted materials.
+    pub fn validate(&self) -> Result<(), DialectError> {
+        match self.opcodes {
+            OpcodeSet::Directed => Err(DialectError::Directed),
+            OpcodeSet::Paper | OpcodeSet::Extended => self.validate_painted(),
+        }
+    }
+
+    /// Checks the bounds of the fields, for painted materials.
     ///
     /// # Errors
     /// Returns [`DialectError`] if the number of registers or the length is out of range.
-    pub fn validate(&self) -> Result<(), DialectError> {
+    pub fn validate_painted(&self) -> Result<(), DialectError> {
         let min = match self.opcodes {
             OpcodeSet::Paper => 4,
             OpcodeSet::Extended => 10,
+            OpcodeSet::Directed => 12,
         };
         if !(min..=16).contains(&self.registers) {
             return Err(DialectError::Registers { min, given: self.registers });
@@ -134,8 +153,11 @@ impl Dialect {
     /// Initial value of component 0..4 of temporary register `register`.
     #[must_use]
     pub fn initial(&self, register: u8, component: usize) -> InitialValue {
-        if self.opcodes == OpcodeSet::Extended && (7..10).contains(&register) {
+        if self.opcodes != OpcodeSet::Paper && (7..10).contains(&register) {
             return self.extended(register, component);
+        }
+        if self.opcodes == OpcodeSet::Directed && (10..12).contains(&register) {
+            return directed(register, component);
         }
         self.symbol(INITIAL[usize::from(register) % INITIAL.len()][component])
     }
@@ -182,6 +204,20 @@ impl Dialect {
     }
 }
 
+/// Initial value of R10 or R11 in the directed dialect.
+fn directed(register: u8, component: usize) -> InitialValue {
+    InitialValue::Input(match (register, component) {
+        (10, 0) => Input::Light0Cos,
+        (10, 1) => Input::Light0Mirror,
+        (10, 2) => Input::NormalDotEye,
+        (10, _) => Input::Depth,
+        (_, 0) => Input::P2,
+        (_, 1) => Input::SmoothP4,
+        (_, 2) => return InitialValue::One,
+        _ => return InitialValue::Zero,
+    })
+}
+
 /// Overrides of the lineage's dialect. The genomes of the children contain the result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
@@ -223,5 +259,10 @@ mod tests {
         let extended = Dialect { opcodes: OpcodeSet::Extended, ..dialect };
         assert_eq!(extended.validate(), Err(DialectError::Registers { min: 10, given: 7 }));
         assert!(Dialect { registers: 10, ..extended }.validate().is_ok());
+        let directed = Dialect { opcodes: OpcodeSet::Directed, registers: 12, ..dialect };
+        assert_eq!(directed.validate(), Err(DialectError::Directed));
+        assert_eq!(directed.validate_painted(), Ok(()));
+        let few = Dialect { registers: 11, ..directed };
+        assert_eq!(few.validate_painted(), Err(DialectError::Registers { min: 12, given: 11 }));
     }
 }

@@ -142,7 +142,10 @@ impl Genome {
     /// Returns the genome if its dialect, layers, instructions and constants are valid.
     fn checked(self) -> Result<Self, GenomeError> {
         let Self { dialect, instructions, constants, layers, .. } = &self;
-        dialect.validate()?;
+        match self.is_painted() {
+            true => dialect.validate_painted()?,
+            false => dialect.validate()?,
+        }
         if layers.len() > LAYERS_MAX {
             return Err(GenomeError::Layers(layers.len()));
         }

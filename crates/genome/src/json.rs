@@ -114,7 +114,11 @@ impl Genome {
         if json.brood != 1 {
             return Err(error("/brood".into(), "the format version must be 1".into()));
         }
-        json.dialect.validate().map_err(|e| error("/dialect".into(), e.to_string()))?;
+        let validated = match json.effects.is_empty() {
+            true => json.dialect.validate(),
+            false => json.dialect.validate_painted(),
+        };
+        validated.map_err(|e| error("/dialect".into(), e.to_string()))?;
         let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
         for (name, constant) in &json.constants {
             let index = name.strip_prefix('C').and_then(|digits| digits.parse::<usize>().ok());

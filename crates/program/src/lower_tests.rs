@@ -260,6 +260,15 @@ fn styles_read_only_the_lights_of_the_scene() {
 }
 
 #[test]
+fn directed_programs_read_the_first_light_and_the_eye() {
+    let text = ".effect light\nbrush 1\n.dialect directed smooth registers 12\n\
+                DP4 R0, R10, R10\nMAD R0, R11, R11.yxzw, R0";
+    let read = painted(text, 1).inputs();
+    let inputs = [Input::Light0Mirror, Input::NormalDotEye, Input::Depth, Input::P2];
+    assert!(inputs.into_iter().all(|input| read.contains(input)), "{read:?}");
+}
+
+#[test]
 fn words_of_styles_and_colours_round_trip() {
     let text = "brood 1\n.effect light\npalette #000000 #808080 #ffffff\nbrush 0.3\n\
                 .effect distance\n.dialect paper smooth registers 7\nADD R0, R1, R2\n";

@@ -70,6 +70,8 @@ brood_brdf::named_enum! {
         Exr => "exr",
         /// Lit spheres of a material in environments (see `brood_eval::LitSpheres`).
         Spheres => "spheres",
+        /// Angles at which point lights reach the points of a scene (`brood_eval::encode_angles`).
+        Angles => "angles",
     }
 }
 

@@ -17,6 +17,8 @@ pub enum Subject<P> {
     /// Program as bright as a target: at the exposure of a measured target in the same frame, or
     /// as bright as the picture of an image target.
     Matched(P, TargetSource),
+    /// Scene alone: where its lights reach.
+    Scene,
 }
 
 /// Source of a target.
@@ -54,6 +56,7 @@ impl<P> Subject<P> {
             Self::Difference([first, second]) => Subject::Difference([form(first)?, form(second)?]),
             Self::Target(target, aspect) => Subject::Target(target.clone(), *aspect),
             Self::Matched(program, target) => Subject::Matched(form(program)?, target.clone()),
+            Self::Scene => Subject::Scene,
         })
     }
 
@@ -70,7 +73,7 @@ impl<P> Subject<P> {
         match self {
             Self::Program(program) | Self::Matched(program, _) => std::slice::from_ref(program),
             Self::Difference(programs) => programs,
-            Self::Target(..) => &[],
+            Self::Target(..) | Self::Scene => &[],
         }
     }
 
@@ -78,7 +81,7 @@ impl<P> Subject<P> {
     #[must_use]
     pub fn target(&self) -> Option<&TargetSource> {
         match self {
-            Self::Program(_) | Self::Difference(_) => None,
+            Self::Program(_) | Self::Difference(_) | Self::Scene => None,
             Self::Target(target, _) | Self::Matched(_, target) => Some(target),
         }
     }
@@ -118,6 +121,7 @@ mod tests {
             Subject::Target(view(None), Aspect::Picture),
             Subject::Matched(program(1), view(None)),
             Subject::Matched(program(2), view(None)),
+            Subject::Scene,
         ];
         let mut identities: Vec<_> = subjects.iter().map(Subject::identity).collect();
         assert_eq!(identities[0], [1; 32], "keys of programs are public and never change");

@@ -13,7 +13,7 @@ mod tangents;
 mod tests;
 mod validate;
 
-use brood_light::Light;
+use brood_light::{EnvironmentLight, Light, PointLight};
 use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -132,17 +132,47 @@ impl Scene {
 
     /// Returns the scene of lit spheres (see [`crate::PrefilteredLight::on_spheres`]): the same
     /// camera, environments, and backdrop of them, and defaults for everything else.
+    ///
+    /// Spheres of several turns have no backdrop, and the first environment is rotated by 0: they
+    /// serve all rotations of the environments as a whole.
     #[must_use]
-    pub fn for_spheres(&self) -> Self {
-        let mut lights = self.lights.clone();
-        lights.retain(|light| matches!(light, Light::Environment(_)));
-        let turns =
-            lights.iter().any(|light| !matches!(light, Light::Environment(own) if own.fixed));
-        let light_deg = if turns { self.light_deg } else { 0.0 };
+    pub fn for_spheres(&self, turns: u32) -> Self {
+        let mut first = 0.0;
+        let lights = self.lights.iter().filter_map(|light| {
+            let Light::Environment(own) = light else { return None };
+            let turned = if own.fixed { 0.0 } else { self.light_deg };
+            Some(EnvironmentLight { rotation_deg: own.rotation_deg + turned, ..own.clone() })
+        });
+        let lights: Vec<EnvironmentLight> = lights.collect();
+        if turns > 1 {
+            first = lights.first().map_or(0.0, |light| light.rotation_deg);
+        }
+        let lights = lights.into_iter().map(|light| {
+            let rotation_deg = (light.rotation_deg - first).rem_euclid(360.0);
+            Light::Environment(EnvironmentLight { rotation_deg, fixed: true, ..light })
+        });
         let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
         let is_lit = |backdrop: &Backdrop| matches!(backdrop, Backdrop::Environment { .. });
-        let backdrop = self.backdrop.filter(is_lit);
-        Self { camera: self.camera.clone(), lights, light_deg, film, backdrop, ..Self::default() }
+        let backdrop = self.backdrop.filter(|backdrop| turns == 1 && is_lit(backdrop));
+        let (camera, lights) = (self.camera.clone(), lights.collect());
+        Self { camera, lights, film, backdrop, ..Self::default() }
+    }
+
+    /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same object, camera, and
+    /// positions of lights, and defaults for everything else; `None` if there is none for a scene
+    /// without shadows or with other lights than point lights.
+    #[must_use]
+    pub fn for_angles(&self) -> Option<Self> {
+        let position = |light: &Light| match light {
+            Light::Point(PointLight { position, .. }) => {
+                Some(Light::Point(PointLight { position: *position, strength: None }))
+            }
+            _ => None,
+        };
+        let lights: Option<Vec<Light>> = self.lights.iter().map(position).collect();
+        let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
+        let scene = Self { lights: lights?, light_deg: 0.0, film, backdrop: None, ..self.clone() };
+        (self.shadows && !self.lights.is_empty()).then_some(scene)
     }
 
     /// Returns the largest number of samples of all lights at one shading point: the cost of a

@@ -30,9 +30,9 @@ pub use description::{
 };
 pub use prefiltered::{
     LitPoint, LobeNodes, LobeShape, LobeTable, NODES, NODES_TOGETHER, PixelBetween,
-    PrefilteredLight, SPHERES_ACROSS,
+    PrefilteredLight, SphereLayout,
 };
 pub use sample_set::{
-    ImageLayout, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun, PixelSpan,
-    Raster, SampleCounts, SampleSet, Sampling, SamplingError,
+    ImageLayout, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun,
+    PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Toggles,
 };

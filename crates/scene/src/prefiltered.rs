@@ -27,4 +27,4 @@ pub(crate) use facing::{Facing, groups};
 pub use light::PrefilteredLight;
 pub use nodes::{LobeNodes, LobeTable, NODES, NODES_TOGETHER};
 pub use point::LitPoint;
-pub use spheres::SPHERES_ACROSS;
+pub use spheres::SphereLayout;

@@ -11,6 +11,7 @@ mod frame;
 mod layout;
 #[cfg(test)]
 mod light_tests;
+mod lit_angles;
 mod paint;
 mod paint_point;
 #[cfg(test)]
@@ -31,6 +32,7 @@ mod values;
 mod view;
 
 pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
+pub use lit_angles::{LitAngles, Toggles};
 pub use sampling::{PixelArea, PixelAreaError, Raster, Sampling, SamplingError};
 pub use set::SampleSet;
 pub use size::{PictureSize, PictureSizeError};

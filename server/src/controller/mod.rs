@@ -1,6 +1,7 @@
 //! Request handlers, one file per resource: they parse the request, call the services and build the
 //! answer.
 
+pub mod angles;
 pub mod archive;
 pub mod circle;
 pub mod comparison;

@@ -1,8 +1,8 @@
 //! Header check of pictures sent by workers: format and size.
 
-use brood_eval::LitSpheres;
+use brood_eval::{LitSpheres, are_angles};
 use brood_protocol::PictureFormat;
-use brood_scene::SPHERES_ACROSS;
+use brood_scene::{PictureSize, SphereLayout};
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
 const EXR: &[u8] = b"\x76\x2f\x31\x01";
@@ -30,11 +30,19 @@ pub fn check(bytes: &[u8], format: PictureFormat, size_px: (u32, u32)) -> Result
         }
         PictureFormat::Exr if bytes.starts_with(EXR) => Ok(()),
         PictureFormat::Exr => Err("it must begin with an EXR header".to_owned()),
+        PictureFormat::Angles => {
+            let words = || format!("it must be lit angles of {} pixels a side", size_px.0);
+            are_angles(bytes, size_px.0).then_some(()).ok_or_else(words)
+        }
         PictureFormat::Spheres => {
-            let side = size_px.0 / SPHERES_ACROSS;
-            let whole = LitSpheres::sizes(side).contains(&bytes.len())
-                && LitSpheres::side_of(bytes) == Some(side);
-            if whole { Ok(()) } else { Err(format!("it must be lit spheres of {side} texels")) }
+            let (width, height) = size_px;
+            let layout = SphereLayout::of_size(PictureSize { width, height })
+                .ok_or("no lit spheres have this size")?;
+            let whole = LitSpheres::sizes(layout).contains(&bytes.len())
+                && LitSpheres::layout_of(bytes) == Some(layout);
+            let SphereLayout { texels, turns } = layout;
+            let words = || format!("it must be lit spheres of {texels} texels in {turns} turns");
+            whole.then_some(()).ok_or_else(words)
         }
     }
 }
@@ -55,9 +63,11 @@ mod tests {
         assert!(check(b"", PictureFormat::Png, (16, 12)).is_err());
         assert!(check(b"GIF89a", PictureFormat::Png, (16, 12)).is_err());
         check(b"\x76\x2f\x31\x01rest", PictureFormat::Exr, (16, 12)).unwrap();
-        let spheres = LitSpheres::encode(4, &[[0.5; 3]; 144], None);
+        let spheres = SphereLayout { texels: 4, turns: 1 };
+        let spheres = LitSpheres::encode(spheres, &[[0.5; 3]; 144], None);
         check(&spheres, PictureFormat::Spheres, (12, 12)).unwrap();
         assert!(check(&spheres, PictureFormat::Spheres, (15, 15)).is_err());
+        assert!(check(&spheres, PictureFormat::Spheres, (12, 24)).is_err());
         assert!(check(&spheres[..40], PictureFormat::Spheres, (12, 12)).is_err());
         assert!(check(&png, PictureFormat::Spheres, (12, 12)).is_err());
     }

@@ -245,6 +245,22 @@ proptest! {
 }
 
 #[test]
+fn directed_programs_need_effects() {
+    let program = ".dialect directed smooth registers 12\nMUL R0, R10, R11.x\n";
+    let painted = format!("brood 1\n.effect light\nbrush 1\n{program}");
+    let genome: Genome = painted.parse().unwrap();
+    assert!(genome.to_string().contains(".dialect directed smooth registers 12\n"));
+    assert_eq!(Genome::from_json(genome.to_json()).unwrap(), genome);
+    assert_eq!(Genome::from_canonical_bytes(&genome.canonical_bytes()), Ok(genome.clone()));
+    let expected = "the opcode set `directed` is for genomes with effects";
+    assert!(error(&format!("brood 1\n{program}")).contains(expected));
+    let mut json = genome.to_json();
+    json.as_object_mut().unwrap().remove("effects");
+    let found = Genome::from_json(json).unwrap_err();
+    assert_eq!((found.pointer.as_str(), found.reason.as_str()), ("/dialect", expected));
+}
+
+#[test]
 fn bytes_reject_a_limit_beside_effects() {
     let genome = Genome::of_effects(vec![Effect::of(EffectKind::Light)]).unwrap();
     let mut bytes = genome.canonical_bytes();

@@ -314,11 +314,12 @@ fn triple(cursor: &mut Cursor<'_>) -> Result<[f32; 3], TextError> {
 /// Reads the words of a `.dialect` line. The length is set at the end of the text.
 fn parse_dialect(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Dialect, TextError> {
     let mut dialect = Dialect { length: 1, ..Dialect::default() };
-    let word = cursor.word("`paper` or `extended`")?;
+    let word = cursor.word("`paper`, `extended` or `directed`")?;
     dialect.opcodes = match word.text {
         "paper" => OpcodeSet::Paper,
         "extended" => OpcodeSet::Extended,
-        _ => return Err(word.error("the opcode set must be `paper` or `extended`")),
+        "directed" => OpcodeSet::Directed,
+        _ => return Err(word.error("the opcode set must be `paper`, `extended` or `directed`")),
     };
     let word = cursor.word("`smooth` or `paper`")?;
     dialect.parametrisation = match word.text {
@@ -350,7 +351,8 @@ fn parse_dialect(cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<Dialect
             return Err(word.error(format!("{} is given twice", word.text)));
         }
     }
-    dialect.validate().map_err(|error| directive.error(error.to_string()))?;
+    // Effects may follow; the genome checks that a directed dialect has them.
+    dialect.validate_painted().map_err(|error| directive.error(error.to_string()))?;
     Ok(dialect)
 }
 

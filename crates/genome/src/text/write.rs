@@ -36,6 +36,7 @@ impl fmt::Display for Dialect {
         let opcodes = match self.opcodes {
             OpcodeSet::Paper => "paper",
             OpcodeSet::Extended => "extended",
+            OpcodeSet::Directed => "directed",
         };
         let parametrisation = match self.parametrisation {
             Parametrisation::Smooth => "smooth",

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use brood_mesh::UnitFrame;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -26,6 +27,14 @@ pub struct PointLight {
     #[serde(flatten, with = "FromPoint")]
     #[schema(schema_with = FromPoint::schema)]
     pub strength: Option<Strength>,
+}
+
+impl PointLight {
+    /// Returns the position in the unit frame, turned as in [`crate::LightSampler::all`].
+    #[must_use]
+    pub fn place(&self, light_deg: f64, frame: &UnitFrame) -> DVec3 {
+        LightPlacement::new(light_deg, frame).position(self.position)
+    }
 }
 
 impl Kind for PointLight {

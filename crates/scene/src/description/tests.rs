@@ -58,7 +58,7 @@ fn scene_round_trips_through_json() {
 
 #[test]
 fn lit_spheres_depend_on_camera_and_environments_alone() {
-    let spheres = |json: &str| read(json).unwrap().for_spheres();
+    let spheres = |json: &str| read(json).unwrap().for_spheres(1);
     let own = spheres(r#"{"lights": [{"kind": "environment", "image": "studio", "fixed": true}]}"#);
     let other = r#"{"mesh": "ball", "rotation_deg": [1, 2, 3], "scale": 2, "light_deg": 40,
         "film": {"exposure": -2, "tone": "filmic"}, "tangents": "triangle",
@@ -74,6 +74,13 @@ fn lit_spheres_depend_on_camera_and_environments_alone() {
     assert_ne!(spheres(&backdrop(r#"{"kind": "environment"}"#)), own);
     let turning = other.replace(r#", "fixed": true"#, "");
     assert_ne!(spheres(&turning), spheres(&turning.replace("40", "50")));
+    // Spheres of several turns serve all rotations of the environments as a whole.
+    let turned = |json: &str| read(json).unwrap().for_spheres(18);
+    assert_eq!(turned(&turning), turned(&turning.replace("40", "50")));
+    let with_sky = other.replace("[{}", r#"[{"kind": "environment", "image": "overcast"}"#);
+    assert_ne!(turned(&with_sky), turned(&with_sky.replace("40", "50")));
+    let lit = r#"{"kind": "environment", "blur_deg": 5}"#;
+    assert_eq!(turned(&backdrop(lit)), turned(other));
 }
 
 #[test]

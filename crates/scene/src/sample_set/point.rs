@@ -37,7 +37,7 @@ pub(super) struct CameraRay {
 
 /// Distance of the start of shadow rays above the surface, in the unit frame: far above rounding
 /// errors, far below what is visible.
-const START_ABOVE: f64 = 1e-6;
+pub(super) const START_ABOVE: f64 = 1e-6;
 
 /// Light sample at a surface point.
 #[derive(Debug, Clone, Copy)]

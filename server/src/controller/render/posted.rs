@@ -48,15 +48,7 @@ pub async fn png(
     let sampling = Sampling::default();
     check_light(query.light_deg)?;
     check_rays(PixelArea::whole(size_px).pixels(), sampling)?;
-    let types = ["application/json", genome::TEXT];
-    let (media_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
-    let is_text = media_type.is(genome::TEXT);
-    let express = move || -> Result<Material, ApiError> {
-        let genome = genome::parse(&bytes, is_text)?;
-        let program = express(&genome);
-        Ok(Material { genome, program })
-    };
-    let material = app.processors.run(express).await??;
+    let material = posted_material(&app, request).await?;
     let format = PictureFormat::Png;
     let view = Framing {
         scene: query.scene,
@@ -68,9 +60,22 @@ pub async fn png(
         backend: app.backend,
     };
     let framed = app.library.frame(view).await?;
-    let subject = Subject::Program(Arc::new(material));
+    let subject = Subject::Program(material);
     let picture = app.pictures.get(PictureRequest::own(framed.frame.clone(), &subject)).await?;
     let headers =
         [(header::CONTENT_TYPE, content_type(format)), (header::CACHE_CONTROL, "no-store")];
     Ok((headers, picture).into_response())
+}
+
+/// Reads the genome of a request and lowers it.
+pub async fn posted_material(app: &App, request: Request<Body>) -> Result<Arc<Material>, ApiError> {
+    let types = ["application/json", genome::TEXT];
+    let (media_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
+    let is_text = media_type.is(genome::TEXT);
+    let express = move || -> Result<Material, ApiError> {
+        let genome = genome::parse(&bytes, is_text)?;
+        let program = express(&genome);
+        Ok(Material { genome, program })
+    };
+    Ok(Arc::new(app.processors.run(express).await??))
 }

@@ -1,0 +1,61 @@
+//! Lit angles of a scene, from which the page draws shadows live.
+
+use std::ops::RangeInclusive;
+
+use axum::extract::State;
+use axum::response::Response;
+use brood_protocol::{Frame, PictureFormat, SceneId, Subject};
+use brood_scene::Sampling;
+use http::HeaderMap;
+use serde::Deserialize;
+
+use super::file::{FileHead, REVALIDATED};
+use super::picture_query::content_type;
+use crate::dispatch::PictureRequest;
+use crate::extract::{Path, Query};
+use crate::problem::ApiError;
+use crate::state::App;
+
+/// Least and largest side of the picture in pixels.
+const SIDES: RangeInclusive<u32> = 16..=1024;
+const FORMAT: PictureFormat = PictureFormat::Angles;
+
+/// Options of lit angles.
+#[derive(Debug, Clone, Copy, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct AnglesQuery {
+    /// Side of the picture in pixels, 16 to 1024.
+    #[param(minimum = 16, maximum = 1024)]
+    side: u32,
+}
+
+/// Returns the angles on the light circle at which the point lights of a scene reach the points of
+/// its picture. Only of scenes with shadows and no other lights.
+///
+/// Little-endian: `broodang`, u32 version (1), u32 side, u32 lights, then for each light the pixels
+/// row by row from the bottom. A pixel is eight u16 in ascending order: the angles at which the
+/// light begins to reach the point and ceases in turn, in 1/65535 of a circle of `light_deg`; 65535
+/// where there are fewer.
+#[utoipa::path(get, path = "/v1/scenes/{id}/lit-angles", tag = "scenes",
+    params(("id" = SceneId, Path), AnglesQuery),
+    responses((status = 200, content_type = "application/octet-stream"),
+        (status = 304, description = "unchanged")))]
+pub async fn get(
+    State(app): State<App>,
+    Path(id): Path<SceneId>,
+    Query(AnglesQuery { side }): Query<AnglesQuery>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    if !SIDES.contains(&side) {
+        let words = format!("must be {} to {}, got {side}", SIDES.start(), SIDES.end());
+        return Err(ApiError::bad_parameter("side", words));
+    }
+    let known = app.library.scene(id).await?;
+    let words = "lit angles need a scene with shadows and point lights alone";
+    let scene = known.scene.for_angles().ok_or_else(|| ApiError::refused(words))?;
+    let frame = Frame::new(&scene, known.mesh, side, Sampling::Fixed(1), (FORMAT, app.backend));
+    let request = PictureRequest::own(frame, &Subject::Scene);
+    let head = FileHead::of_picture(request.key(), content_type(FORMAT), REVALIDATED);
+    head.made(&headers, app.pictures.get(request)).await
+}

@@ -1,0 +1,146 @@
+/**
+ * Hard shadows of point lights that circle, live: the server finds the angles at which each light
+ * reaches each pixel, once for an object, a camera and the places of the lights.
+ *
+ * @import { Scene } from "../model.js"
+ */
+import { getBytes } from "../api/request.js";
+
+const MAGIC = "broodang";
+/** Number of bytes before the angles. */
+const HEAD_BYTES = 20;
+/** Angles of a circle. */
+const ANGLES = 65_535;
+/** Angles of a pixel and a light, 16 bits each. */
+const TOGGLES = 8;
+/** Largest side the server takes; larger pictures read the nearest pixel. */
+const LARGEST_SIDE = 1024;
+/** Delay before a request is repeated that failed. */
+const AGAIN_MS = 5000;
+
+/** GLSL: true if a light reaches a pixel. A texture of one pixel serves all. */
+export const REACHED = `
+uniform highp usampler2D angles;
+uniform uint angle;
+uniform int side;
+uniform int numbered;
+bool reached(ivec2 here) {
+  ivec2 size = textureSize(angles, 0);
+  ivec2 at = ivec2(here.x * size.x / side, here.y * size.x / side + numbered * size.x);
+  uvec4 pairs = texelFetch(angles, min(at, size - 1), 0);
+  uvec4 passed = uvec4(lessThanEqual(pairs & 0xFFFFu, uvec4(angle)))
+    + uvec4(lessThanEqual(pairs >> 16, uvec4(angle)));
+  return ((passed.x + passed.y + passed.z + passed.w) & 1u) == 1u;
+}`;
+
+/** An angle of the light in the unit of files. @param {number} degrees */
+export const angleOf = (degrees) => Math.floor(((((degrees % 360) + 360) % 360) * ANGLES) / 360);
+
+/**
+ * Identity of what the angles depend on; empty without shadows.
+ * @param {Scene} scene
+ */
+export function shadowKey(scene) {
+  if (!scene.shadows) return "";
+  const { mesh, rotation_deg, scale, camera, tangents, sphere_pole } = scene;
+  const places = (scene.lights ?? []).map(({ position }) => position ?? null);
+  return JSON.stringify([mesh, rotation_deg, scale, camera, tangents, sphere_pole, places]);
+}
+
+/**
+ * Reads the head of a file of lit angles, and its angles, two in each number.
+ * @param {ArrayBuffer} bytes
+ */
+export function readAngles(bytes) {
+  const file = new DataView(bytes);
+  const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
+  const [version, side, lights] = [8, 12, 16].map((at) => file.getUint32(at, true));
+  if (magic !== MAGIC || version !== 1)
+    throw new Error("the lit angles are of another version than the page");
+  const pairs = new Uint32Array(bytes, HEAD_BYTES, (TOGGLES / 2) * side * side * lights);
+  return { side, lights, pairs };
+}
+
+/** Texture of the angles of the scene, and one that stands for none. */
+export class ShadowTexture {
+  /** @type {{key: string, texture: WebGLTexture}|null} */
+  #held = null;
+  /** @type {WebGLTexture|null} */
+  #none = null;
+  /** Key of what is being loaded; empty if nothing is. */
+  #loading = "";
+  #changed;
+
+  /** @param {() => void} changed is called when angles have arrived */
+  constructor(changed) {
+    this.#changed = changed;
+  }
+
+  /**
+   * The angles of these shadows; those without shadows while they are not there.
+   * @param {WebGL2RenderingContext} gl
+   * @param {string} key
+   */
+  texture(gl, key) {
+    this.#none ??= makeTexture(gl, 1, 1, new Uint32Array([0xffff_0000, ~0, ~0, ~0]));
+    return this.has(key) && this.#held ? this.#held.texture : this.#none;
+  }
+
+  /** True if the angles of these shadows are there. @param {string} key */
+  has(key) {
+    return key === "" || this.#held?.key === key;
+  }
+
+  /**
+   * Requests the angles of a scene, unless they are there or on their way.
+   * @param {WebGL2RenderingContext} gl
+   * @param {{key: string, sceneId: string, side: number}} of
+   */
+  request(gl, { key, sceneId, side }) {
+    if (this.has(key) || this.#loading === key) return;
+    this.#loading = key;
+    void this.#load(gl, key, `/v1/scenes/${sceneId}/lit-angles?side=${Math.min(side, LARGEST_SIDE)}`);
+  }
+
+  /** Forgets the textures of a lost context. */
+  lose() {
+    this.#held = null;
+    this.#none = null;
+  }
+
+  /**
+   * @param {WebGL2RenderingContext} gl
+   * @param {string} key
+   * @param {string} path
+   */
+  async #load(gl, key, path) {
+    try {
+      const { side, lights, pairs } = readAngles(await getBytes(path));
+      if (this.#loading === key && !gl.isContextLost()) {
+        if (this.#held) gl.deleteTexture(this.#held.texture);
+        this.#held = { key, texture: makeTexture(gl, side, side * lights, pairs) };
+      }
+    } catch {
+      // The server's pictures stay visible meanwhile.
+      await new Promise((done) => setTimeout(done, AGAIN_MS));
+    }
+    if (this.#loading === key) this.#loading = "";
+    this.#changed();
+  }
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {number} width
+ * @param {number} height
+ * @param {Uint32Array} pairs
+ */
+function makeTexture(gl, width, height, pairs) {
+  const texture = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32UI, width, height);
+  gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, pairs);
+  for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
+    gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
+  return texture;
+}
