@@ -25,8 +25,10 @@
  *
  * @typedef {{layer: number, name: string}} ParameterLock
  *
+ * @typedef {{effect: string, name: string}} EffectLock `name`: a parameter, `palette` or `edges`
+ *
  * @typedef {{instructions: number[], constants: number[], channels: Channel[], layers: number[],
- *   parameters: ParameterLock[]}} Locks
+ *   parameters: ParameterLock[], effects: string[], effect_parameters: EffectLock[]}} Locks
  *
  * @typedef {[number, number, number]} Vec3
  *
@@ -105,8 +107,11 @@
  *
  * @typedef {{model: string, parameters: Parameter[]}} Layer
  *
- * @typedef {{instructions: number, machine: string, layers: Layer[]}} Genome
- *   Content of a genome's text; `machine`: dialect of its program.
+ * @typedef {{effect: string, parameters: Parameter[]}} Effect
+ *
+ * @typedef {{instructions: number, machine: string, layers: Layer[], effects: Effect[]}} Genome
+ *   Content of a genome's text; `machine`: dialect of its program; `effects`: of a painted
+ *   material.
  *
  * @typedef {{of: Individual, text: string, layers: Layer[], typed: Map<string, string>, wrong:
  *   Map<string, string>}} Edit

@@ -70,7 +70,8 @@ export interface components {
             /**
              * @description Parts of the first parent that its children keep: `instructions` by position, `constants` by
              *     number, `channels` of `r`, `g` and `b`, `layers` by position, `parameters` by `layer` and
-             *     `name`.
+             *     `name`, `effects` by kind, `effect_parameters` by `effect` and `name`, which may be
+             *     `palette` or `edges`.
              */
             locks?: Record<string, never> | null;
             /**
@@ -228,7 +229,7 @@ export interface components {
             dialect?: Record<string, never> | null;
             /**
              * @description True to put random children under the energy limit. Default: false; true for the start
-             *     `believable`.
+             *     `believable`. Must not be true for `painted`.
              */
             energy_limit?: boolean | null;
             /** @description Display name, 1 to 200 characters. */
@@ -237,7 +238,8 @@ export interface components {
             notes?: string;
             /**
              * Format: float
-             * @description Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1.
+             * @description Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1, the only
+             *     value for the start `painted`.
              */
             saturation?: number;
             scene?: components["schemas"]["SceneId"] | null;
@@ -1728,7 +1730,7 @@ export interface components {
          * @description Source of the random genomes of a lineage, which also decides how its genomes vary.
          * @enum {string}
          */
-        Start: "believable" | "models" | "wild";
+        Start: "believable" | "models" | "painted" | "wild";
         /**
          * @description Property that children keep or change, compared with the first parent.
          * @enum {string}

@@ -6,7 +6,7 @@
 
 use anyhow::{Context, Result};
 use brood_genome::{
-    BirthKey, Dialect, Genome, MutationScale, Output, Start, Variation, believable, named_enum,
+    BirthKey, Dialect, Genome, MutationScale, Output, Start, Variation, named_enum,
 };
 use brood_inspect::OTHER_LIGHT_DEG;
 use brood_mesh::BuiltinMesh;
@@ -35,7 +35,8 @@ pub struct BenchAmountArgs {
     /// Take the amounts as amounts of the operators, from which the visible amount is calibrated
     #[arg(long)]
     operators: bool,
-    /// Measure only this kind of parents: wild, believable, models, layers, or program and layer
+    /// Measure only this kind of parents: wild, believable, models, layers, program and layer,
+    /// or painted
     #[arg(long, value_name = "KIND", value_parser = parent_kind)]
     kind: Option<Kind>,
     #[command(flatten)]
@@ -74,6 +75,8 @@ named_enum! {
         Layers => "layers",
         /// Random programs with a model as a layer.
         Layered => "program and layer",
+        /// Painted materials.
+        Painted => "painted",
     }
 }
 
@@ -124,6 +127,7 @@ impl Kind {
             Self::Wild | Self::Layered => Start::Wild,
             Self::Believable => Start::Believable,
             Self::Models | Self::Layers => Start::Models,
+            Self::Painted => Start::Painted,
         }
     }
 
@@ -136,8 +140,9 @@ impl Kind {
         };
         match self {
             Self::Wild => Ok(visible_genomes(seed)?.take(count).collect()),
-            Self::Believable => {
-                let random = Variation::random(believable::dialect()).with_start(self.start());
+            Self::Believable | Self::Painted => {
+                let start = self.start();
+                let random = Variation::random(start.dialect()).with_start(start);
                 let births = (0..).map(|slot| random.birth(BirthKey { seed, slot, attempt: 0 }));
                 Ok(births.filter(is_visible).take(count).collect())
             }

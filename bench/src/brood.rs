@@ -1,8 +1,11 @@
 //! `brood bench brood`: counts the useful pictures of broods under each kind of curation.
 //!
 //! A picture is useful if it is not black and differs visibly, by FLIP, from the parent and from
-//! every sibling. All kinds of curation breed from the same parents: a chain in which each brood's
-//! parent is a child of the previous one, or independent random parents of one kind.
+//! every sibling. A picture of a painted material is useful if its lightness has a range that shows
+//! the shape, and it differs in codes.
+//!
+//! All kinds of curation breed from the same parents: a chain in which each brood's parent is a
+//! child of the previous one, or independent random parents of one kind.
 
 use std::time::Instant;
 
@@ -33,7 +36,7 @@ pub struct BenchBroodArgs {
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer_word)]
     steer: Vec<Steer>,
     /// Breed from independent random parents of this kind, none black, instead of a chain of
-    /// programs: wild, believable, models, layers, or program and layer
+    /// programs: wild, believable, models, layers, program and layer, or painted
     #[arg(long, value_name = "KIND", value_parser = parent_kind)]
     kind: Option<Kind>,
     /// Side of the compared pictures in pixels
@@ -48,6 +51,10 @@ pub struct BenchBroodArgs {
 const CHILDREN: u32 = 20;
 /// Mean FLIP over the object above which two pictures differ visibly.
 const VISIBLE: f64 = 0.05;
+/// Mean difference in codes of 255 above which two pictures of painted materials differ visibly.
+const VISIBLE_CODES: f64 = 7.0;
+/// Range of lightness in Oklab from which a painted material shows its shape.
+const SHAPE_RANGE: f64 = 0.25;
 
 /// Results of all broods under one kind of curation.
 #[derive(Debug, Serialize)]
@@ -60,6 +67,8 @@ struct Figures {
     parents_followed: f64,
     /// Share of the pictures that are useful.
     useful: f64,
+    /// Share of the broods with at least 18 useful pictures.
+    broods_with_18: f64,
     /// Share of the broods with at least 19 useful pictures.
     broods_with_19: f64,
     /// Number of black pictures.
@@ -93,7 +102,8 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
             times.push(started.elapsed().as_secs_f64() * 1e3);
             draws += brood.iter().map(|child| child.attempts).sum::<u32>();
             followed.push(following(parent, &brood, &args.steer));
-            let (seen, dark) = judged(args.size, parent, &brood)?;
+            let is_painted = args.kind == Some(Kind::Painted);
+            let (seen, dark) = judged(args.size, (parent, is_painted), &brood)?;
             useful.push(seen);
             black += dark;
             bar.inc(1);
@@ -104,6 +114,7 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
             followed: followed.iter().sum::<usize>() as f64 / broods / f64::from(CHILDREN),
             parents_followed: followed.iter().filter(|count| **count > 0).count() as f64 / broods,
             useful: useful.iter().sum::<usize>() as f64 / broods / f64::from(CHILDREN),
+            broods_with_18: useful.iter().filter(|count| **count >= 18).count() as f64 / broods,
             broods_with_19: useful.iter().filter(|count| **count >= 19).count() as f64 / broods,
             black,
             draws: f64::from(draws) / broods,
@@ -117,21 +128,31 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
         return output::print_json(&all);
     }
     let mut text = format!(
-        "{} broods of {CHILDREN}, {}, mutation {}; a frame is useful if it is not black and its mean FLIP over the object \
-         from the parent and every sibling is over {VISIBLE}\ncuration  useful frames  broods with 19 or more  black frames  \
+        "{} broods of {CHILDREN}, {}, mutation {}; a frame is useful if {}\n\
+         curation  useful frames  broods with 18 or more  broods with 19 or more  black frames  \
          draws / brood  births ms median    p99    most  follow the steer  parents followed\n",
         args.count,
         args.kind.map_or_else(
             || "a chain of parents".to_owned(),
             |kind| format!("parents: {}", kind.name())
         ),
-        args.mutation
+        args.mutation,
+        match args.kind {
+            Some(Kind::Painted) => format!(
+                "its lightness has a range of {SHAPE_RANGE} and its mean difference over the object from the parent and \
+                 every sibling is over {VISIBLE_CODES} codes"
+            ),
+            _ => format!(
+                "it is not black and its mean FLIP over the object from the parent and every sibling is over {VISIBLE}"
+            ),
+        }
     );
     for f in &all {
         text += &format!(
-            "{:<8}  {:>11.1} %  {:>21.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}  {:>6.1}  {:>14.1} %  {:>14.1} %\n",
+            "{:<8}  {:>11.1} %  {:>20.1} %  {:>20.1} %  {:>12}  {:>13.1}  {:>16.2}  {:>5.2}  {:>6.1}  {:>14.1} %  {:>14.1} %\n",
             f.curation,
             100.0 * f.useful,
+            100.0 * f.broods_with_18,
             100.0 * f.broods_with_19,
             f.black,
             f.draws,
@@ -202,18 +223,30 @@ fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
     Ok(parents)
 }
 
-/// Numbers of useful and of black children.
-fn judged(size_px: u32, parent: &Genome, brood: &[Child]) -> Result<(usize, usize)> {
+/// Numbers of useful and of black children. For painted materials, flat ones count as black.
+fn judged(
+    size_px: u32,
+    (parent, is_painted): (&Genome, bool),
+    brood: &[Child],
+) -> Result<(usize, usize)> {
     let parent = Program::lower(parent);
     let programs: Vec<&Program> =
         std::iter::once(&parent).chain(brood.iter().map(|child| &child.program)).collect();
     let pictures = PictureSet::of(&programs, size_px)?;
-    let black: Vec<bool> = programs.iter().map(|program| Preview::of(program).is_black()).collect();
+    let black: Vec<bool> = match is_painted {
+        true => (0..pictures.len())
+            .map(|picture| pictures.lightness_range(picture) < SHAPE_RANGE)
+            .collect(),
+        false => programs.iter().map(|program| Preview::of(program).is_black()).collect(),
+    };
     let pairs: Vec<(usize, usize)> =
         (0..pictures.len()).flat_map(|one| (0..one).map(move |other| (one, other))).collect();
     let alike: Vec<(usize, usize)> = pairs
         .into_par_iter()
-        .filter(|(one, other)| pictures.flip(*one, *other) <= VISIBLE)
+        .filter(|(one, other)| match is_painted {
+            true => pictures.codes(*one, *other) <= VISIBLE_CODES,
+            false => pictures.flip(*one, *other) <= VISIBLE,
+        })
         .collect();
     // If two pictures look alike, neither is useful.
     let useful = (1..pictures.len())

@@ -2,12 +2,15 @@
 
 use anyhow::Result;
 use brood_eval::{Developed, decode_srgb};
+use brood_genome::oklab::Oklab;
 use brood_inspect::LinearImage;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
 use brood_scene::{Sampling, Scene};
 use brood_worker::Renderer;
+
+use super::measure::quantile;
 
 /// Luminance of a display's white in cd/m2, for Delta E_ITP.
 const WHITE: f64 = 100.0;
@@ -21,6 +24,8 @@ pub struct PictureSet {
     size_px: u32,
     /// Share of the picture covered by the object.
     covered: f64,
+    /// Indices of the pixels that the object covers.
+    object: Vec<usize>,
 }
 
 impl PictureSet {
@@ -48,13 +53,15 @@ impl PictureSet {
         let frame = Frame::new(scene, MeshSource::Builtin, size_px, Sampling::Adaptive, how);
         let mesh = renderer.builtin(mesh);
         let pictures = renderer.develop(&frame, &mesh, programs)?;
-        let covered = pictures
-            .first()
-            .map_or(0, |picture| picture.rgba.chunks(4).filter(|pixel| pixel[3] > 0).count());
+        let object: Vec<usize> = pictures.first().map_or(Vec::new(), |picture| {
+            let pixels = picture.rgba.chunks(4).enumerate();
+            pixels.filter(|(_, pixel)| pixel[3] > 0).map(|(at, _)| at).collect()
+        });
         Ok(Self {
             images: pictures.iter().map(over_black).collect(),
             size_px,
-            covered: covered as f64 / f64::from(size_px * size_px),
+            covered: object.len() as f64 / f64::from(size_px * size_px),
+            object,
         })
     }
 
@@ -89,6 +96,25 @@ impl PictureSet {
     /// Mean Delta E_ITP over the object between two pictures on a display.
     pub fn itp(&self, one: usize, other: usize) -> f64 {
         self.linear(one).itp(&self.linear(other), WHITE) / self.covered
+    }
+
+    /// Mean difference in codes of 255 over the object and the channels.
+    pub fn codes(&self, one: usize, other: usize) -> f64 {
+        let pixels = |picture: usize| self.images[picture].as_chunks::<3>().0;
+        let (one, other) = (pixels(one), pixels(other));
+        let apart = |at: &usize| {
+            let pairs = one[*at].iter().zip(&other[*at]);
+            pairs.map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / 3.0
+        };
+        self.object.iter().map(apart).sum::<f64>() / self.object.len().max(1) as f64
+    }
+
+    /// Range of lightness in Oklab over the object, from the 5 % to the 95 % quantile.
+    pub fn lightness_range(&self, picture: usize) -> f64 {
+        let pixels = self.images[picture].as_chunks::<3>().0;
+        let lightness = self.object.iter().map(|at| Oklab::of_codes(pixels[*at]).lightness);
+        let lightness: Vec<f64> = lightness.collect();
+        quantile(&lightness, 0.95) - quantile(&lightness, 0.05)
     }
 
     fn linear(&self, picture: usize) -> LinearImage {

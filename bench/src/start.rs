@@ -153,7 +153,7 @@ impl First {
             Self::Random(start) => {
                 let random = Variation::random(start.dialect()).with_start(start);
                 let variation = match start {
-                    Start::Believable => random,
+                    Start::Believable | Start::Painted => random,
                     Start::Models | Start::Wild => {
                         random.with_output(Output::saturation(SATURATION).ok())
                     }

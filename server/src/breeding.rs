@@ -188,6 +188,7 @@ impl Breeding {
         match (parents.first(), &options.locks) {
             // A random start uses the lineage's defaults and records them, so that it can be
             // repeated after the lineage has changed.
+            (None, _) if lineage.start == Start::Painted => {}
             (None, _) => {
                 options.saturation.get_or_insert(lineage.saturation);
                 options.energy_limit.get_or_insert(lineage.energy_limit);
@@ -201,6 +202,7 @@ impl Breeding {
             (Some(_), None) => {}
         }
         let genomes: Vec<&Genome> = parents.iter().map(|parent| &parent.material.genome).collect();
+        options.check_painted(&genomes, lineage.start == Start::Painted)?;
         options.check_steer(&genomes).map_err(|error| {
             ApiError::refused(error.to_string()).at(format!("/{}", error.field()))
         })?;

@@ -1,4 +1,4 @@
-//! Starts of lineages: believable, models, wild.
+//! Starts of lineages: believable, models, painted, wild.
 
 use brood_tests::{TestLineage, TestServer, hashes, ids, text_of};
 use serde_json::{Value, json};
@@ -60,6 +60,7 @@ async fn start_and_dialect_follow_from_each_other() {
         (json!({"dialect": {"length": 0}}), "models", 0, false),
         (json!({"start": "models"}), "models", 0, false),
         (json!({"start": "believable", "energy_limit": false}), "believable", 120, false),
+        (json!({"start": "painted"}), "painted", 0, false),
     ];
     for (more, start, length, limit) in cases {
         let lineage = made(more).await.expect(201).json();
@@ -71,10 +72,65 @@ async fn start_and_dialect_follow_from_each_other() {
         json!({"start": "models", "dialect": {"length": 5}}),
         json!({"start": "wild", "dialect": {"length": 0}}),
         json!({"start": "believable", "dialect": {}}),
+        json!({"start": "painted", "dialect": {}}),
     ] {
         assert_eq!(made(more).await.problem(422)["pointer"], json!("/dialect"));
     }
     let problem = made(json!({"start": "tame"})).await;
     let words = problem.text();
     assert!(words.contains("believable") && words.contains("models") && words.contains("wild"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn painted_lineage_draws_mutates_and_crosses_painted_materials() {
+    let server = TestServer::start();
+    let body = json!({"name": "toons", "thumbnail_px": 32, "start": "painted"});
+    let lineage = TestLineage::with(&server, body).await;
+    let made = server.get(&lineage.path("")).await.expect(200).json();
+    assert_eq!((&made["start"], &made["energy_limit"]), (&json!("painted"), &json!(false)));
+    let (first, again) = (lineage.random(4).await, lineage.random(4).await);
+    assert_eq!(hashes(&first), hashes(&again), "equal seeds draw equal genomes");
+    let all = hashes(&first);
+    let parent = genome(&server, &all[0]).await;
+    assert!(parent.starts_with("brood 1\n.effect light\npalette #"), "{parent}");
+    let colors =
+        |text: &str| text.lines().find(|line| line.starts_with("palette")).map(str::to_owned);
+    let locks = json!({"effect_parameters": [{"effect": "light", "name": "palette"}]});
+    let breed = json!({"parents": [ids(&first)[0]], "count": 4, "seed": 2, "locks": locks});
+    for hash in hashes(&lineage.breed(breed).await) {
+        let child = genome(&server, &hash).await;
+        assert_ne!(child, parent);
+        assert_eq!(colors(&child), colors(&parent));
+    }
+    let mate = json!({"parents": [ids(&first)[0], ids(&first)[1]], "count": 4, "mutation": 0});
+    let other = genome(&server, &all[1]).await;
+    for hash in hashes(&lineage.breed(mate).await) {
+        let child = genome(&server, &hash).await;
+        assert!([colors(&parent), colors(&other)].contains(&colors(&child)), "{child}");
+    }
+    // Options of BRDFs are refused.
+    let path = lineage.path("/generations");
+    let parents = json!([ids(&first)[0]]);
+    for (more, pointer) in [
+        (json!({"saturation": 0.5}), "/saturation"),
+        (json!({"energy_limit": true}), "/energy_limit"),
+        (json!({"steer": ["warmer"], "parents": parents}), "/steer"),
+        (json!({"locks": {"channels": ["r"]}, "parents": parents}), "/locks/channels"),
+        (json!({"locks": {"effects": ["glow"]}, "parents": parents}), "/locks/effects/0"),
+    ] {
+        let problem = server.post(&path, &more).await;
+        assert_eq!(problem.problem(422)["pointer"], json!(pointer), "{more}");
+    }
+    let dull = json!({"name": "dull", "start": "painted", "saturation": 0.5});
+    let problem = server.post("/v1/lineages", &dull).await.problem(422);
+    assert_eq!(problem["pointer"], json!("/saturation"));
+    let adopted = json!({"presets": ["model-gold"]});
+    let adopted = server.post(&lineage.path("/adoptions"), &adopted).await.expect(201).json();
+    let mixed = json!({"parents": [ids(&first)[0], ids(&adopted)[0]]});
+    assert_eq!(server.post(&path, &mixed).await.problem(422)["pointer"], json!("/parents/1"));
+    // A saved lineage keeps its start.
+    let file = server.get(&lineage.path("/file")).await.expect(200).json();
+    assert_eq!(file["start"], json!("painted"));
+    let copy = server.post("/v1/lineages/import", &file).await.expect(201).json();
+    assert_eq!(copy["start"], json!("painted"));
 }

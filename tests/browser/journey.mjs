@@ -20,6 +20,7 @@ import { exported, live } from "./live.mjs";
 import { materials } from "./materials.mjs";
 import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
+import { painted } from "./painted.mjs";
 import { photo, photoByFinger } from "./photo.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
@@ -258,6 +259,7 @@ async function coming(app) {
   await compare(app, step, shot);
   await comparison(app, step, shot);
   await models(app, step, shot, binary);
+  await painted(app, step, shot);
   await edited(app, step, shot);
 }
 

@@ -160,7 +160,7 @@ export async function createGenome(file) {
 export const importLineage = (file) =>
   request("POST", "/v1/lineages/import", { body: file, type: "application/json" });
 
-/** @param {string} hash @returns {Promise<{dialect: Dialect}>} */
+/** @param {string} hash @returns {Promise<{dialect: Dialect, effects?: object[]}>} */
 export const getGenome = (hash) => request("GET", `/v1/genomes/${hash}`);
 
 /** @param {string} id @returns {Promise<Individual>} */

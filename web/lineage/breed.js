@@ -1,7 +1,7 @@
 /**
  * Breeding and marks on individuals: pick, mate, re-roll, random brood, favourite, note.
  *
- * @import { Cell, Individual, Locks, Place, Problem } from "../model.js"
+ * @import { Cell, Individual, Lineage, Locks, Place, Problem } from "../model.js"
  */
 import { problemOf } from "../api/request.js";
 import * as api from "../api/routes.js";
@@ -14,7 +14,7 @@ import { makeChild, presentEdit } from "./edit.js";
 import { isBred, navigationCount, show, storeBred } from "./generations.js";
 import { genomeOf } from "./genomes.js";
 import { individualIn, shownIndividual, updateIndividual } from "./individuals.js";
-import { locksFor } from "./layers.js";
+import { isPainted, locksFor } from "./layers.js";
 import { anyLocked } from "./locks.js";
 import { makeGeneration, whenNoneIsMade } from "./making.js";
 import { startClock } from "./pictures.js";
@@ -36,6 +36,7 @@ function problemPlace(problem) {
 /** True if locks name positions that the parent's genome may not have. @param {Locks} of */
 const namesPositions = (of) =>
   of.layers.length + of.parameters.length > 0 ||
+  of.effects.length + of.effect_parameters.length > 0 ||
   (!lineageStore.programsOnly.value && of.instructions.length + of.constants.length > 0);
 
 /**
@@ -64,6 +65,25 @@ async function applicableLocks(parent) {
 }
 
 /**
+ * True if children of these parents are painted.
+ * @param {Lineage} of
+ * @param {string[]} parents
+ */
+async function isPaintedBrood(of, [first]) {
+  if (!first) return of.start === "painted";
+  if (lineageStore.programsOnly.value) return false;
+  return isPainted(await genomeOf(shownIndividual(first) ?? (await api.getIndividual(first))));
+}
+
+/** Knobs without those of BRDFs. */
+const paintedKnobs = () => ({
+  ...lineageStore.knobs.value,
+  saturation: 1,
+  energy_limit: false,
+  steer: [],
+});
+
+/**
  * Breeds a brood and shows it. One at a time: a second click during breeding is ignored.
  * @param {string[]} parents ids; none for a random brood
  */
@@ -80,7 +100,7 @@ export async function breed(parents) {
     const sceneId = lineageStore.lineage.value?.scene ?? of.scene;
     const made = await api.breed(of.id, {
       parents,
-      knobs: lineageStore.knobs.value,
+      knobs: (await isPaintedBrood(of, parents)) ? paintedKnobs() : lineageStore.knobs.value,
       locks: kept,
       count: FRAMES,
     });

@@ -23,11 +23,18 @@ export const isOfLayer = (line) => /^(\.model\s|[a-z_])/.test(line) && !/^brood\
 /** @param {string} text a genome as the server writes it @returns {Genome} */
 export function genomeIn(text) {
   /** @type {Genome} */
-  const found = { instructions: 0, machine: /^\.dialect (.*)$/m.exec(text)?.[1] ?? "", layers: [] };
+  const found = {
+    instructions: 0,
+    machine: /^\.dialect (.*)$/m.exec(text)?.[1] ?? "",
+    layers: [],
+    effects: [],
+  };
   for (const line of text.split("\n")) {
-    const model = /^\.model\s+(\S+)/.exec(line);
-    if (model) found.layers.push({ model: model[1], parameters: [] });
-    else if (isOfLayer(line)) found.layers.at(-1)?.parameters.push(parameterIn(line));
+    const [, part, name] = /^\.(model|effect)\s+(\S+)/.exec(line) ?? [];
+    if (part === "model") found.layers.push({ model: name, parameters: [] });
+    else if (part === "effect") found.effects.push({ effect: name, parameters: [] });
+    else if (isOfLayer(line))
+      (found.effects.at(-1) ?? found.layers.at(-1))?.parameters.push(parameterIn(line));
     else if (/^[A-Z]/.test(line)) found.instructions += 1;
   }
   return found;
@@ -73,6 +80,13 @@ export function colorOf({ name, value }) {
   return colorCode(value);
 }
 
+/** Colour codes of a painted genome's parameter; none if it has none. @param {Parameter} of */
+export const codesOf = ({ value }) =>
+  typeof value === "string" ? (value.match(/#[0-9a-f]{6}/g) ?? []) : [];
+
+/** True if a genome is a painted material. @param {Genome|null|undefined} of */
+export const isPainted = (of) => (of?.effects.length ?? 0) > 0;
+
 /** A parameter's name with spaces. @param {string} name */
 export const plainName = (name) => name.replaceAll("_", " ");
 
@@ -82,7 +96,7 @@ export const plainName = (name) => name.replaceAll("_", " ");
  * @param {Genome} of
  * @returns {{kept: Locks, gone: string[]}}
  */
-export function locksFor(locks, { instructions, layers }) {
+export function locksFor(locks, { instructions, layers, effects }) {
   /** @type {string[]} */
   const gone = [];
   /**
@@ -113,6 +127,24 @@ export function locksFor(locks, { instructions, layers }) {
       locks.parameters,
       ({ layer, name }) => layers[layer]?.parameters.some((one) => one.name === name) ?? false,
       ({ layer, name }) => `${plainName(name)} of model ${layer + 1}`,
+    ),
+    effects: sift(
+      locks.effects,
+      (kind) => effects.some((one) => one.effect === kind),
+      (kind) => kind,
+    ),
+    effect_parameters: sift(
+      locks.effect_parameters,
+      ({ effect, name }) => {
+        const of = effects.find((one) => one.effect === effect);
+        return of?.parameters.some((one) => one.name === name) ?? false;
+      },
+      ({ effect, name }) => `${plainName(name)} of ${effect}`,
+    ),
+    channels: sift(
+      locks.channels,
+      () => effects.length === 0,
+      (channel) => `channel ${channel}`,
     ),
   };
   return { kept, gone };

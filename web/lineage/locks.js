@@ -16,7 +16,8 @@ export const CHANNEL_WORDS = { r: "red", g: "green", b: "blue" };
 export const anyLocked = (of) => Object.values(of).some((list) => list.length > 0);
 
 /** @param {number} count @param {string} noun */
-const counted = (count, noun) => (count === 0 ? [] : [`${count} ${noun}${count === 1 ? "" : "s"}`]);
+const counted = (count, noun) =>
+  count === 0 ? [] : [`${count} ${count === 1 ? noun : noun.replace(/^\S+/, "$&s")}`];
 
 /** Locked parts in words; empty where nothing is locked. @param {Locks} of */
 export function locksInWords(of) {
@@ -28,6 +29,8 @@ export function locksInWords(of) {
     ["constants", "constant"],
     ["layers", "model"],
     ["parameters", "parameter"],
+    ["effects", "effect"],
+    ["effect_parameters", "parameter of an effect"],
   ]);
   return [...kinds.flatMap(([kind, noun]) => counted(of[kind].length, noun)), ...channels].join(
     ", ",
@@ -72,6 +75,32 @@ export function toggleParameter(layer, name) {
   lineageStore.locks.value = {
     ...lineageStore.locks.value,
     parameters: others.length < parameters.length ? others : [...others, { layer, name }],
+  };
+  announceLocks();
+}
+
+/** @param {string} kind */
+export function toggleEffect(kind) {
+  const { effects } = lineageStore.locks.value;
+  lineageStore.locks.value = {
+    ...lineageStore.locks.value,
+    effects: toggled(effects, kind, (a, b) => a.localeCompare(b)),
+  };
+  announceLocks();
+}
+
+/** @param {Locks} of @param {string} effect @param {string} name */
+export const hasEffectParameter = (of, effect, name) =>
+  of.effect_parameters.some((one) => one.effect === effect && one.name === name);
+
+/** @param {string} effect @param {string} name */
+export function toggleEffectParameter(effect, name) {
+  const { effect_parameters } = lineageStore.locks.value;
+  const others = effect_parameters.filter((one) => one.effect !== effect || one.name !== name);
+  const isLocked = others.length < effect_parameters.length;
+  lineageStore.locks.value = {
+    ...lineageStore.locks.value,
+    effect_parameters: isLocked ? others : [...others, { effect, name }],
   };
   announceLocks();
 }

@@ -147,19 +147,27 @@ const beginAtRandom = (id) => breedNext(id, []);
 
 /**
  * @param {string} name
- * @param {{start?: Start, dialect?: Partial<Dialect>, saturation?: number, begin?: (id: string) =>
- *   Promise<void>, first?: Partial<Scene>, scene?: string}} [how] `begin`: makes the first
- *   generation in place of a random brood; `scene`: id; default: that of the open lineage for a
- *   chosen material, else the new scene `first`
+ * @param {{start?: Start, dialect?: Partial<Dialect>, saturation?: number, energy_limit?: boolean,
+ *   begin?: (id: string) => Promise<void>, first?: Partial<Scene>, scene?: string}} [how]
+ *   `begin`: makes the first generation in place of a random brood; `scene`: id; default: that of
+ *   the open lineage for a chosen material, else the new scene `first`
  */
 export async function create(
   name,
-  { start, dialect, saturation = DEFAULT_SATURATION, begin, first = UNDER_LAMP, scene: chosen } = {},
+  {
+    start,
+    dialect,
+    saturation = DEFAULT_SATURATION,
+    energy_limit = true,
+    begin,
+    first = UNDER_LAMP,
+    scene: chosen,
+  } = {},
 ) {
   const shown = begin && begin !== beginWithMaterials && sceneStore.scene.value?.id;
   const scene = chosen || shown || (await api.createScene(first)).id;
   const made = await api.createLineage({
-    name, thumbnail_px: 256, saturation, start, dialect, scene, energy_limit: true,
+    name, thumbnail_px: 256, saturation, start, dialect, scene, energy_limit,
   });
   lineageStore.lineages.value = [...lineageStore.lineages.value, made];
   await open(made.id, null, begin);
@@ -173,6 +181,8 @@ export const STARTS = {
   believable: { start: "believable", saturation: 1, first: IN_STUDIO },
   presets: { saturation: 1, begin: beginWithMaterials },
   models: { start: "models", first: IN_STUDIO },
+  // Painted materials have neither.
+  painted: { start: "painted", saturation: 1, energy_limit: false },
   wild: { start: "wild" },
 };
 

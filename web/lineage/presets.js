@@ -10,11 +10,14 @@ import { pageStore } from "../page/store.js";
 import { breedNext } from "./breed.js";
 import { show, storeBred } from "./generations.js";
 import { unlockAll } from "./locks.js";
-import { create, goesInto, open } from "./open.js";
+import { STARTS, create, goesInto, open } from "./open.js";
 import { lineageStore } from "./store.js";
 
 /** Largest file of a genome that the server accepts; 1024 instructions take less. */
 const TEXT_BYTES = 1024 * 1024;
+
+/** True if a preset is a painted material. @param {Preset} of */
+export const isPaint = ({ text }) => /^\.effect /m.test(text);
 
 export async function listPresets() {
   if (lineageStore.presets.value.length === 0) lineageStore.presets.value = await api.listPresets();
@@ -47,8 +50,7 @@ async function beginWith(id, what) {
  */
 export async function startFrom(preset) {
   await create(preset.title, {
-    dialect: preset.dialect,
-    saturation: 1,
+    ...(isPaint(preset) ? STARTS.painted : { dialect: preset.dialect, saturation: 1 }),
     begin: (id) => beginWith(id, { presets: [preset.name] }),
   });
   pageStore.presetsOpen.value = false;
@@ -62,11 +64,10 @@ export async function startFrom(preset) {
  * @param {string} [scene] default: the scene of the open lineage
  */
 export async function startFromGenome(hash, name, scene) {
-  const { dialect } = await api.getGenome(hash);
+  const { dialect, effects } = await api.getGenome(hash);
   const length = dialect.length && Math.max(100, dialect.length);
   await create(name, {
-    dialect: { ...dialect, length },
-    saturation: 1,
+    ...(effects ? STARTS.painted : { dialect: { ...dialect, length }, saturation: 1 }),
     scene,
     begin: (id) => beginWith(id, { genomes: [hash] }),
   });

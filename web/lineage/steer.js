@@ -4,6 +4,8 @@
  * @import { Genome, Steer } from "../model.js"
  */
 
+import { isPainted } from "./layers.js";
+
 /**
  * Choices in the order of the page, with their names and tool tips.
  * @type {{word: Steer, name: string, title: string}[]}
@@ -62,6 +64,7 @@ const isOfPattern = (word) => word === "more-pattern" || word === "less-pattern"
  *   `genome`: of the centre, null where unknown
  */
 export function noSteerInWords(word, { homogeneous, genome }) {
+  if (isPainted(genome)) return "Painted materials are not steered";
   if (!isOfPattern(word)) return "";
   if (homogeneous) return "Homogeneous children have no pattern";
   if (genome?.instructions === 0) return "Models have no pattern";

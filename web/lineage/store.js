@@ -9,7 +9,7 @@
  */
 import { computed, signal } from "../vendor/signals-core.js";
 import { descentOf } from "./history.js";
-import { isLayered } from "./layers.js";
+import { isPainted } from "./layers.js";
 import { hasValues, withParameters } from "./parameters.js";
 
 /** Number of frames around the centre. */
@@ -25,6 +25,8 @@ export const noLocks = () => ({
   channels: [],
   layers: [],
   parameters: [],
+  effects: [],
+  effect_parameters: [],
 });
 
 /** True if a generation is one genome that was edited by hand. @param {Generation} of */
@@ -144,16 +146,26 @@ class LineageStore {
   /** @type {Signal<Descent>} */
   descent = computed(() => descentOf(this.ordered.value));
   /**
-   * True if no genome of the lineage has models: it began with programs and only programs were
+   * True if all genomes of the lineage are programs: it began with programs and nothing was
    * imported.
    * @type {Signal<boolean>}
    */
   programsOnly = computed(
     () =>
       (this.lineage.value?.dialect.length ?? 0) > 0 &&
-      !this.ordered.value.some(
-        (born) => born.individuals[0]?.operator === "adopt" && born.individuals.some(isLayered),
-      ),
+      !this.ordered.value.some((born) => born.individuals[0]?.operator === "adopt"),
+  );
+  /** Genome of the centre; null until it is read. @type {Signal<Genome|null>} */
+  centreGenome = computed(() => this.genomes.value.get(this.centre.value?.hash ?? "") ?? null);
+  /**
+   * True if the next brood is painted: the centre is, or the lineage starts with painted materials
+   * and has no centre yet.
+   * @type {Signal<boolean>}
+   */
+  painted = computed(() =>
+    this.centreGenome.value
+      ? isPainted(this.centreGenome.value)
+      : this.lineage.value?.start === "painted",
   );
 }
 

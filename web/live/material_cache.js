@@ -8,6 +8,7 @@
  * @import { SurfacePrograms } from "./surface.js"
  */
 import { getText, problemOf } from "../api/request.js";
+import { lineageStore } from "../lineage/store.js";
 import { sceneStore } from "../scene/store.js";
 import {
   METER_ANGLES, advance, dropMaterial, environmentOf, makeMaterial, remeter, replaceSpheres,
@@ -36,6 +37,9 @@ const AGAIN_MS = 5000;
  *   `together`: number of shaders compiled at a time
  */
 
+/** True if the lineage's materials are painted: they are the server's pictures. */
+const isPaintedLineage = () => lineageStore.lineage.peek()?.start === "painted";
+
 export class MaterialCache {
   /** @type {Map<string, Entry>} */
   #entries = new Map();
@@ -61,6 +65,7 @@ export class MaterialCache {
   /** True if the server or the driver refused the material. @param {Individual} of */
   isRefused(of) {
     const entry = this.#entries.get(of.hash);
+    if (isPaintedLineage()) return true;
     return entry !== undefined && (entry.hasFailed || entry.material?.state === "refused");
   }
 
@@ -73,6 +78,7 @@ export class MaterialCache {
    */
   work(gl, wanted, scene) {
     this.#clock += 1;
+    if (isPaintedLineage()) return false;
     let busy = 0;
     const lights = scene.look.lights.length / METER_ANGLES;
     for (const of of wanted) {

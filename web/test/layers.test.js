@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  colorOf, genomeIn, locksFor, makeupInWords, modelsInWords, parameterKeptBy, plainName,
+  codesOf, colorOf, genomeIn, isPainted, locksFor, makeupInWords, modelsInWords, parameterKeptBy, plainName,
 } from "../lineage/layers.js";
 import { fits } from "../lineage/presets.js";
 import { noLocks } from "../lineage/store.js";
@@ -41,12 +41,51 @@ test("models are read from a genome's text with numbers, colours and words", () 
         ],
       },
     ],
+    effects: [],
   });
   assert.deepEqual(genomeIn("brood 1\nADD R0, R1, R2\n"), {
     instructions: 1,
     machine: "",
     layers: [],
+    effects: [],
   });
+});
+
+const PAINTED = genomeIn(`brood 1
+.effect light
+palette #2b1e46 #f2a65a
+edges 0.5
+basis cubic
+.effect silhouette
+color #1a1020
+MUL R0.x, R1.x, R2.x
+`);
+
+test("effects are read from a genome's text, with the colours of palettes", () => {
+  const [light, silhouette] = PAINTED.effects;
+  assert.deepEqual([light.effect, silhouette.effect], ["light", "silhouette"]);
+  assert.deepEqual(light.parameters.map(codesOf), [["#2b1e46", "#f2a65a"], [], []]);
+  assert.deepEqual(light.parameters[1], { name: "edges", value: [0.5] });
+  assert.deepEqual(silhouette.parameters.map(codesOf), [["#1a1020"]]);
+  assert.equal(PAINTED.instructions, 1);
+  assert.ok(isPainted(PAINTED) && !isPainted(GENOME) && !isPainted(null));
+});
+
+test("locks of effects that a parent lacks are removed, and channels of painted ones", () => {
+  const { kept, gone } = locksFor(
+    locks({
+      channels: ["r"],
+      effects: ["light", "highlight"],
+      effect_parameters: [
+        { effect: "light", name: "palette" },
+        { effect: "silhouette", name: "from" },
+      ],
+    }),
+    PAINTED,
+  );
+  assert.deepEqual(kept.effects, ["light"]);
+  assert.deepEqual(kept.effect_parameters, [{ effect: "light", name: "palette" }]);
+  assert.deepEqual(gone, ["highlight", "from of silhouette", "channel r"]);
 });
 
 test("makeupInWords lists instructions and models that exist", () => {

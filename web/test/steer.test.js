@@ -19,9 +19,11 @@ test("pattern is refused where children cannot have one", () => {
   const wild = { homogeneous: false, genome: null };
   for (const { word } of STEERS) assert.equal(noSteerInWords(word, wild), "");
   assert.match(noSteerInWords("more-pattern", { ...wild, homogeneous: true }), /^Homogeneous/);
-  const model = { instructions: 0, machine: "", layers: [] };
+  const model = { instructions: 0, machine: "", layers: [], effects: [] };
   assert.match(noSteerInWords("less-pattern", { ...wild, genome: model }), /^Models/);
   assert.equal(noSteerInWords("warmer", { homogeneous: true, genome: model }), "");
+  const painted = { ...model, effects: [{ effect: "light", parameters: [] }] };
+  assert.match(noSteerInWords("warmer", { ...wild, genome: painted }), /^Painted/);
 });
 
 test("steers have names for people", () => {

@@ -59,7 +59,8 @@ pub struct BreedArgs {
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     pub limit: Option<bool>,
     /// Parts of the first parent that children keep: instructions by number from 0, constants as
-    /// C5, channels as r, g, b, layers as L0, their parameters as L0.roughness; comma-separated
+    /// C5, channels as r, g, b, layers as L0, their parameters as L0.roughness,
+    /// effects by name, their parameters as light.palette; comma-separated
     #[arg(long, value_name = "LIST")]
     pub lock: Option<LockWords>,
     /// Dialect of random genomes, for example 'smooth registers 7' or 'extended registers 12 length
@@ -115,6 +116,8 @@ pub enum StartWord {
     Believable,
     /// Models of reflectance with random parameters
     Models,
+    /// Painted materials with random palettes, outlines and highlights
+    Painted,
     /// Random programs
     Wild,
 }
@@ -124,6 +127,7 @@ impl From<StartWord> for Start {
         match word {
             StartWord::Believable => Self::Believable,
             StartWord::Models => Self::Models,
+            StartWord::Painted => Self::Painted,
             StartWord::Wild => Self::Wild,
         }
     }
@@ -240,6 +244,7 @@ fn variation<'a>(
     let start = if args.models { Some(Start::Models) } else { args.start.map(Start::from) };
     let start = start.unwrap_or_else(|| given.as_ref().map_or(Start::default(), Start::of));
     let dialect = given.unwrap_or_else(|| start.dialect());
+    options.check_painted(&genomes, start == Start::Painted)?;
     ensure!(
         start.allows(&dialect),
         "--start {} needs a dialect like '{}', length {}, or none",

@@ -1,9 +1,9 @@
-//! LIST arguments of locks: instructions, constants, channels, layers and their parameters in one
-//! list.
+//! LIST arguments of locks: instructions, constants, channels, layers, effects and parameters of
+//! these in one list.
 
 use std::str::FromStr;
 
-use brood_genome::{Channel, Locks, ParameterLock};
+use brood_genome::{Channel, EffectKind, EffectLock, Locks, ParameterLock};
 
 /// Locks given on the command line, for example `12,30,C5,r,L0,L1.roughness`.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,7 +22,7 @@ impl FromStr for LockWords {
                 _ => parse_word(word, &mut locks).ok_or_else(|| {
                     format!(
                         "unknown lock `{word}`: expected an instruction number, a constant as C5, a channel r, g or b, a \
-                         layer as L0 or a parameter as L0.roughness"
+                         layer as L0, a parameter as L0.roughness, an effect as light or its parameter as light.palette"
                     )
                 })?,
             }
@@ -44,6 +44,11 @@ fn parse_word(word: &str, locks: &mut Locks) -> Option<()> {
         }
     } else if let Some(digits) = word.strip_prefix('C') {
         locks.constants.push(digits.parse().ok()?);
+    } else if let Some(effect) = EffectKind::from_name(word) {
+        locks.effects.push(effect);
+    } else if let Some((effect, name)) = word.split_once('.') {
+        let effect = EffectKind::from_name(effect)?;
+        locks.effect_parameters.push(EffectLock { effect, name: name.to_owned() });
     } else {
         locks.instructions.push(word.parse().ok()?);
     }
@@ -62,9 +67,14 @@ mod tests {
             channels: vec![Channel::Red, Channel::Blue],
             layers: vec![1],
             parameters: vec![ParameterLock { layer: 0, name: "f0".to_owned() }],
+            effects: vec![EffectKind::Silhouette],
+            effect_parameters: vec![EffectLock {
+                effect: EffectKind::Light,
+                name: "palette".to_owned(),
+            }],
         };
-        assert_eq!("12, C5,r,0,b,L1,L0.f0".parse(), Ok(LockWords(locks)));
-        for text in ["", "x", "C", "C300", "-1", "12,,r", "L", "Lx", "L0."] {
+        assert_eq!("12, C5,r,0,b,L1,L0.f0,silhouette,light.palette".parse(), Ok(LockWords(locks)));
+        for text in ["", "x", "C", "C300", "-1", "12,,r", "L", "Lx", "L0.", "glow", "glow.to"] {
             let error = text.parse::<LockWords>().unwrap_err();
             assert!(error.contains("unknown lock"), "{text}: {error}");
         }

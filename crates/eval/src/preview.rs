@@ -1,5 +1,5 @@
 //! Previews: small pictures by which broods are made diverse. A draw is a candidate for a child;
-//! nearly black draws and draws that look alike are replaced by other draws.
+//! nearly black draws, flat painted ones and draws that look alike are replaced by other draws.
 //!
 //! This module owns the preview scene and the thresholds. The scene is the same for every lineage,
 //! so that a brood is a function of its request alone. The module does not depend on how draws are
@@ -7,6 +7,7 @@
 
 use std::sync::OnceLock;
 
+use brood_genome::oklab::Oklab;
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
@@ -24,6 +25,10 @@ const UNLIKE_CODES: f32 = 7.0;
 const DARK_CODE: u8 = 20;
 /// A preview with a smaller share of pixels that are not dark counts as black.
 const BRIGHT_SHARE: f32 = 0.06;
+
+/// A painted preview with a smaller range of lightness in Oklab, from the 5 % to the 95 % quantile,
+/// does not show the shape.
+const SHAPE_RANGE: f32 = 0.25;
 
 /// Returns the samples of the preview scene: a sphere under the default light, one ray per pixel.
 fn samples() -> &'static SampleSet {
@@ -59,6 +64,8 @@ pub struct Preview {
     codes: Vec<[u8; 3]>,
     /// Share of these pixels that are not dark.
     bright_share: f32,
+    /// Range of lightness by which a painted material shows the shape; `None` for a BRDF.
+    shape_range: Option<f32>,
 }
 
 /// Scores draws by their previews.
@@ -84,7 +91,8 @@ impl Preview {
             pixels.filter(|[.., alpha]| *alpha > 0).map(|[r, g, b, _]| [*r, *g, *b]).collect();
         let bright = codes.iter().filter(|pixel| pixel.iter().any(|code| *code >= DARK_CODE));
         let bright_share = bright.count() as f32 / codes.len() as f32;
-        Self { codes, bright_share }
+        let shape_range = is_painted.then(|| lightness_range(&codes));
+        Self { codes, bright_share, shape_range }
     }
 
     /// True if the preview is nearly black.
@@ -110,6 +118,15 @@ impl Preview {
     }
 }
 
+/// Range of lightness in Oklab from the 5 % to the 95 % quantile.
+fn lightness_range(codes: &[[u8; 3]]) -> f32 {
+    let lightness = codes.iter().map(|codes| Oklab::of_codes(*codes).lightness);
+    let mut lightness: Vec<f64> = lightness.collect();
+    lightness.sort_by(f64::total_cmp);
+    let last = lightness.len() - 1;
+    (lightness[last - last / 20] - lightness[last / 20]) as f32
+}
+
 impl DrawScorer for PreviewScorer {
     type Features = Preview;
 
@@ -118,10 +135,13 @@ impl DrawScorer for PreviewScorer {
     }
 
     /// Returns the distance to the nearest preview that was taken, relative to `UNLIKE_CODES` and
-    /// at most 1. Black previews score below 0, darker ones lower.
+    /// at most 1. Black and flat previews score below 0, darker and flatter ones lower.
     fn score(&self, look: &Preview, taken: &[Preview]) -> f32 {
         if look.is_black() {
             return look.bright_share - BRIGHT_SHARE;
+        }
+        if let Some(range) = look.shape_range.filter(|range| *range < SHAPE_RANGE) {
+            return range - SHAPE_RANGE;
         }
         look.newness(taken.iter())
     }
@@ -199,5 +219,26 @@ mod tests {
         assert!(!Preview::of(&program("MOV R0, R0\n")).is_black());
         let scaled = program(".const C0 0.001 0 0 0\nMUL R0, R0, C0.x\n");
         assert!(!Preview::of(&scaled).is_black(), "automatic exposure makes it visible");
+    }
+
+    #[test]
+    fn children_of_painted_materials_show_the_shape_and_differ() {
+        let start = brood_genome::Start::Painted;
+        let random = Variation::random(start.dialect()).with_start(start);
+        for seed in 0..4 {
+            let parent = random.birth(BirthKey { seed, slot: 0, attempt: 0 });
+            let variation = Variation::mutate(&parent, 0.3).with_start(start);
+            let request = BroodRequest { variation, count: 20, seed, distinct: true };
+            let looks = diverse_brood(&request);
+            let looks: Vec<Preview> =
+                looks.iter().map(|child| Preview::of(&child.program)).collect();
+            let is_useful = |at: &usize| {
+                let others = looks.iter().enumerate().filter(|(other, _)| other != at);
+                looks[*at].shape_range.is_some_and(|range| range >= SHAPE_RANGE)
+                    && looks[*at].newness(others.map(|(_, other)| other)) >= 1.0
+            };
+            let useful = (0..looks.len()).filter(is_useful).count();
+            assert!(useful >= 18, "{useful} of 20 with seed {seed} from\n{parent}");
+        }
     }
 }

@@ -10,6 +10,7 @@ use std::fmt;
 
 use brood_brdf::{Parameter, ParameterValues};
 
+pub(crate) use kind::COLOR;
 pub use kind::{Basis, EffectKind};
 pub(crate) use palette::hex;
 pub use palette::{PALETTE_MAX, PALETTE_MIN, Palette, PaletteError};

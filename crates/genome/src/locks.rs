@@ -1,10 +1,15 @@
 //! Locks: parts of the first parent that all children keep.
 
+mod effect;
+
 use serde::{Deserialize, Serialize};
+
+pub use effect::EffectLock;
+pub(crate) use effect::LockedEffects;
 
 use crate::liveness::walk_backwards;
 use crate::steer::Kept;
-use crate::{CONSTANTS, Dialect, Genome, Instruction, Model, REGISTERS};
+use crate::{CONSTANTS, Dialect, EffectKind, Genome, Instruction, Model, REGISTERS};
 
 /// A result channel of a genome, before the colour matrix.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -38,6 +43,12 @@ pub struct Locks {
     /// Parameters of layers whose values to keep; also keeps the kind of the layer's model.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parameters: Vec<ParameterLock>,
+    /// Effects of a painted genome to keep.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub effects: Vec<EffectKind>,
+    /// Parameters of effects whose values to keep; also keeps the effect.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub effect_parameters: Vec<EffectLock>,
 }
 
 /// A parameter of a layer.
@@ -85,6 +96,27 @@ pub enum LocksError {
         /// Name that was given.
         name: String,
     },
+    /// The parent has no such effect.
+    #[error("the parent has no effect {given}")]
+    Effect {
+        /// JSON pointer to the kind.
+        pointer: String,
+        /// Kind that was given.
+        given: EffectKind,
+    },
+    /// The effect has no such parameter.
+    #[error("the effect {effect} has no parameter {name:?}")]
+    EffectParameter {
+        /// JSON pointer to the name.
+        pointer: String,
+        /// Kind of the effect.
+        effect: EffectKind,
+        /// Name that was given.
+        name: String,
+    },
+    /// Channels of a painted genome.
+    #[error("a painted material has no channels: lock effects or their parameters")]
+    Channels,
     /// The constant register is beyond C127.
     #[error("there is no constant C{given}: constants are 0 to 127")]
     Constant {
@@ -102,7 +134,11 @@ impl LocksError {
         match self {
             Self::Instruction { at, .. } => format!("/instructions/{at}"),
             Self::Constant { at, .. } => format!("/constants/{at}"),
-            Self::Layer { pointer, .. } | Self::Parameter { pointer, .. } => pointer.clone(),
+            Self::Channels => "/channels".to_owned(),
+            Self::Layer { pointer, .. }
+            | Self::Parameter { pointer, .. }
+            | Self::Effect { pointer, .. }
+            | Self::EffectParameter { pointer, .. } => pointer.clone(),
         }
     }
 }
@@ -111,9 +147,11 @@ impl Locks {
     /// True if nothing is locked.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        let Self { instructions, constants, channels, layers, parameters } = self;
+        let Self { instructions, constants, channels, .. } = self;
         let programs = instructions.is_empty() && constants.is_empty() && channels.is_empty();
-        programs && layers.is_empty() && parameters.is_empty()
+        let Self { layers, parameters, effects, effect_parameters, .. } = self;
+        let models = layers.is_empty() && parameters.is_empty();
+        programs && models && effects.is_empty() && effect_parameters.is_empty()
     }
 
     /// Checks that everything locked exists in a parent.
@@ -135,6 +173,28 @@ impl Locks {
             if model.get(name).is_none() {
                 let pointer = format!("/parameters/{at}/name");
                 return Err(LocksError::Parameter { pointer, layer: *layer, name: name.clone() });
+            }
+        }
+        self.validate_effects(parent)
+    }
+
+    fn validate_effects(&self, parent: &Genome) -> Result<(), LocksError> {
+        if parent.is_painted() && !self.channels.is_empty() {
+            return Err(LocksError::Channels);
+        }
+        let find = |given: EffectKind, pointer: String| {
+            let found = parent.effects().iter().find(|effect| effect.kind() == given);
+            found.ok_or(LocksError::Effect { pointer, given })
+        };
+        for (at, given) in self.effects.iter().enumerate() {
+            find(*given, format!("/effects/{at}"))?;
+        }
+        for (at, EffectLock { effect, name }) in self.effect_parameters.iter().enumerate() {
+            let own = find(*effect, format!("/effect_parameters/{at}/effect"))?;
+            if !effect::has(own, name) {
+                let pointer = format!("/effect_parameters/{at}/name");
+                let (effect, name) = (*effect, name.clone());
+                return Err(LocksError::EffectParameter { pointer, effect, name });
             }
         }
         Ok(())
@@ -170,6 +230,7 @@ pub(crate) struct ResolvedLocks {
     /// no channel is locked.
     needed: Vec<[u8; REGISTERS]>,
     layers: LockedLayers,
+    effects: LockedEffects,
     /// Parts that a steer keeps besides.
     kept: Kept,
 }
@@ -250,6 +311,7 @@ impl ResolvedLocks {
             channels: 0,
             needed: Vec::new(),
             layers: LockedLayers::default(),
+            effects: LockedEffects::default(),
             kept: Kept::default(),
         }
     }
@@ -262,6 +324,7 @@ impl ResolvedLocks {
         let instructions = parent.instructions();
         let mut locked = Self::none(instructions.len());
         locked.layers = LockedLayers::of(parent.layers(), locks);
+        locked.effects = LockedEffects::of(&locks.effects, &locks.effect_parameters);
         for index in &locks.instructions {
             locked.instructions[usize::from(*index)] = true;
         }
@@ -304,6 +367,11 @@ impl ResolvedLocks {
     /// Locks of the layers.
     pub(crate) fn layers(&self) -> &LockedLayers {
         &self.layers
+    }
+
+    /// Locks of the effects.
+    pub(crate) fn effects(&self) -> &LockedEffects {
+        &self.effects
     }
 
     /// True if the instruction at a position is locked.

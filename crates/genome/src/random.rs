@@ -60,6 +60,12 @@ pub enum Operator {
     Toward = 19,
     /// Starts of a fit of models.
     Analytic = 20,
+    /// Effects of random genomes.
+    RandomEffects = 21,
+    /// Mutation of effects.
+    MutateEffects = 22,
+    /// Crossover of effects.
+    RecombineEffects = 23,
 }
 
 /// Computes one block of Philox4x32-10.

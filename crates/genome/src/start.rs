@@ -15,6 +15,8 @@ crate::named_enum! {
         Believable => "believable",
         /// Models of reflectance with random parameters: the dialect of length 0.
         Models => "models",
+        /// Painted materials with random effects: the dialect of length 0.
+        Painted => "painted",
         /// Random programs.
         #[default]
         Wild => "wild",
@@ -33,7 +35,7 @@ impl Start {
     pub fn dialect(self) -> Dialect {
         match self {
             Self::Believable => believable::dialect(),
-            Self::Models => Dialect { length: 0, ..Dialect::default() },
+            Self::Models | Self::Painted => Dialect { length: 0, ..Dialect::default() },
             Self::Wild => Dialect::default(),
         }
     }
@@ -43,7 +45,7 @@ impl Start {
     pub fn allows(self, dialect: &Dialect) -> bool {
         match self {
             Self::Believable => dialect.length > 0 && dialect.is_compatible(&self.dialect()),
-            Self::Models => dialect.length == 0,
+            Self::Models | Self::Painted => dialect.length == 0,
             Self::Wild => dialect.length > 0,
         }
     }

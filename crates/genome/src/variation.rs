@@ -3,6 +3,7 @@
 mod draft;
 mod layer;
 mod mutate;
+mod paint;
 mod random;
 mod recombine;
 mod strength;
@@ -66,10 +67,10 @@ impl<'a> Variation<'a> {
     ///
     /// # Domain
     /// Amounts in 0..=1; `recombination` is the expected share of the second parent. The dialects
-    /// must be compatible.
+    /// must be compatible, and both parents painted or neither.
     ///
     /// # Panics
-    /// If an amount is outside its domain or the dialects are not compatible.
+    /// If an amount is outside its domain or the parents do not go together.
     #[must_use]
     pub fn crossover(
         first: &'a Genome,
@@ -86,6 +87,7 @@ impl<'a> Variation<'a> {
             first.dialect().is_compatible(second.dialect()),
             "the dialects of the parents must be compatible"
         );
+        assert_eq!(first.is_painted(), second.is_painted(), "a painted parent needs another one");
         Self::of(Origin::Recombine { first, second, recombination, mutation })
     }
 
@@ -122,7 +124,8 @@ impl<'a> Variation<'a> {
     }
 
     /// Sets the start of the lineage: under [`Start::Believable`], random children are believable
-    /// programs, and children of these vary by parameters. The others vary alike.
+    /// programs, and children of these vary by parameters; under [`Start::Painted`], they are
+    /// painted. The others vary alike.
     ///
     /// # Panics
     /// If random children are asked for and the start does not allow their dialect.
@@ -204,6 +207,9 @@ impl<'a> Variation<'a> {
             Origin::Random(dialect) if self.is_believable() => {
                 let drawn = Draft::copy(&believable::genome(key, self.modules([&dialect])));
                 Draft { dialect, ..drawn }
+            }
+            Origin::Random(dialect) if self.start == Start::Painted => {
+                Draft { effects: paint::random(key), ..Draft::empty(dialect) }
             }
             Origin::Random(dialect) => random::genome(dialect, key),
             Origin::Mutate { parent, mutation } => {

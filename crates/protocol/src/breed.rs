@@ -260,7 +260,8 @@ pub struct Breed {
     pub energy_limit: Option<bool>,
     /// Parts of the first parent that its children keep: `instructions` by position, `constants` by
     /// number, `channels` of `r`, `g` and `b`, `layers` by position, `parameters` by `layer` and
-    /// `name`.
+    /// `name`, `effects` by kind, `effect_parameters` by `effect` and `name`, which may be
+    /// `palette` or `edges`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub locks: Option<Locks>,

@@ -23,19 +23,20 @@ pub struct CreateLineage {
     #[serde(default = "default_thumbnail_px")]
     pub thumbnail_px: u32,
     /// Source of random children: `believable` (programs like measured materials), `models`
-    /// (reflectance models) or `wild` (random programs). Default: `wild`; `models` if the length of
-    /// the dialect is 0.
+    /// (reflectance models), `painted` (colours by the amount of light) or `wild` (random
+    /// programs). Default: `wild`; `models` if the length of the dialect is 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Start>,
     /// Dialect: restricts the programs of all genomes in the lineage. Default: that of the start.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub dialect: Option<Dialect>,
-    /// Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1.
+    /// Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1, the only
+    /// value for the start `painted`.
     #[serde(default = "default_saturation")]
     pub saturation: f32,
     /// True to put random children under the energy limit. Default: false; true for the start
-    /// `believable`.
+    /// `believable`. Must not be true for `painted`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub energy_limit: Option<bool>,
 }

@@ -6,6 +6,7 @@ use axum::response::{IntoResponse, Response};
 use brood_genome::{Dialect, Start};
 use brood_protocol::{
     CreateLineage, IndividualId, Lineage, LineageId, ListedLineage, Page, PatchLineage, SceneId,
+    check_painted_defaults,
 };
 use brood_scene::Scene;
 use brood_storage::{LineageCursor, LineageFilter};
@@ -50,6 +51,9 @@ pub async fn create(
             return Err(ApiError::refused(words).at("/thumbnail_px"));
         }
         let (start, dialect) = start_of(asked.start, asked.dialect)?;
+        if start == Start::Painted {
+            check_painted_defaults(Some(asked.saturation), asked.energy_limit)?;
+        }
         let scene = match asked.scene {
             Some(scene) => check_scene(&app, scene).await?,
             None => super::scene::store(&app, &Scene::default()).await?,
@@ -157,6 +161,11 @@ pub async fn patch(
     }
     if let Some(scene) = patch.scene {
         check_scene(&app, scene).await?;
+    }
+    if (patch.saturation.is_some() || patch.energy_limit.is_some())
+        && app.store.lineage(id).await?.start == Start::Painted
+    {
+        check_painted_defaults(patch.saturation, patch.energy_limit)?;
     }
     let version = if_match.or(async { Ok(app.store.lineage(id).await?.version) }).await?;
     let lineage = app.store.patch_lineage(id, version, patch).await?;

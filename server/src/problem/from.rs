@@ -5,6 +5,7 @@ use std::sync::Arc;
 use brood_genome::{JsonError, TextError};
 use brood_light::FieldError;
 use brood_mesh::ObjError;
+use brood_protocol::PaintedError;
 use brood_storage::StorageError;
 
 use super::{ApiError, quote, shortened};
@@ -27,6 +28,12 @@ impl From<StorageError> for ApiError {
 }
 
 /// Error of a cache entry, shared by all requests that waited for it.
+impl From<PaintedError> for ApiError {
+    fn from(error: PaintedError) -> Self {
+        Self::refused(error.to_string()).at(error.pointer())
+    }
+}
+
 impl From<Arc<ApiError>> for ApiError {
     fn from(error: Arc<ApiError>) -> Self {
         Self::clone(&error)

@@ -27,6 +27,7 @@ import { ServerPicture } from "../picture.js";
 import { ProblemBox } from "../problem.js";
 import { TargetSection } from "../search/active_target.js";
 import { EditButtons, Editor } from "./editor.js";
+import { Effects } from "./effects.js";
 import { Exports } from "./exports.js";
 import { Layers } from "./layers.js";
 
@@ -38,8 +39,10 @@ const INSPECT_DELAY_MS = 400;
 /** Inspects the centre, for its largest albedo, once its pictures are loaded. */
 function inspectCentre() {
   const of = lineageStore.centre.value;
-  const isDue = pageStore.detailsOpen.value && lineageStore.readyId.value !== null;
-  if (!of || !isDue || lineageStore.inspections.peek().has(of.hash)) return;
+  const isRead = lineageStore.programsOnly.value || lineageStore.centreGenome.value !== null;
+  const isDue = pageStore.detailsOpen.value && lineageStore.readyId.value !== null && isRead;
+  // Painted materials have no albedo.
+  if (!of || !isDue || lineageStore.painted.value || lineageStore.inspections.peek().has(of.hash)) return;
   const look = async () => {
     await inspect(of);
   };
@@ -93,13 +96,15 @@ function Centre() {
   const within = lineageStore.generation.value;
   if (!of || !within) return null;
   const energy = lineageStore.inspections.value.get(of.hash)?.energy;
+  const painted = lineageStore.painted.value;
+  const effects = lineageStore.centreGenome.value?.effects ?? [];
   const layers = isLayered(of) ? lineageStore.genomes.value.get(of.hash)?.layers : undefined;
   return html`
     <section aria-labelledby="centre-title">
       <h2 id="centre-title">Centre</h2>
       <dl>
-        ${(of.live_instructions > 0 || !isLayered(of)) && html`<${Fact} name="live instructions" value=${of.live_instructions} />`}
-        <${Fact} name="largest albedo" value=${energy ? reflectsInWords(energy) : "…"} title=${energy && albedoInWords(energy)} />
+        ${(of.live_instructions > 0 || !(isLayered(of) || painted)) && html`<${Fact} name="live instructions" value=${of.live_instructions} />`}
+        ${!painted && html`<${Fact} name="largest albedo" value=${energy ? reflectsInWords(energy) : "…"} title=${energy && albedoInWords(energy)} />`}
         <${Fact} name="made by" value=${madeBy(of)} />
         <${Fact} name="parents" value=${of.parents.length || "none"} />
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
@@ -109,9 +114,11 @@ function Centre() {
       </dl>
       ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}
       ${layers && html`<${EditButtons} />`}
-      <button type="button" class="start" data-testid="inspect" title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
+      ${painted && effects.length > 0 && html`<${Effects} of=${effects} />`}
+      ${painted && html`<p class="small" data-testid="painted-note">A painted material is not a BRDF: it has no reflectance to inspect, to search from or to export as code.</p>`}
+      <button type="button" class="start" data-testid="inspect" disabled=${painted} title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
       ${ownIndividual(of.id) && html`<button type="button" class="start" data-testid="cover" aria-pressed=${lineageStore.lineage.value?.cover_individual === of.id} title="Show this picture in the list of lineages" onClick=${() => toggleOwnCover(of.id)}>Cover of this lineage</button>`}
-      <button type="button" class="start" data-testid="search-from" title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>
+      <button type="button" class="start" data-testid="search-from" disabled=${painted} title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>
       <${Exports} of=${of} name=${lineageStore.lineage.value?.name ?? ""} within=${within} place="centre" />
       <label class="note">Note
         <textarea rows="2" maxlength="10000" data-testid="note" defaultValue=${of.note} key=${of.id}

@@ -4,6 +4,7 @@
  * @import { ExportFormat, Generation, Individual, Place } from "../../model.js"
  */
 import { listFormats } from "../../lineage/formats.js";
+import { isPainted } from "../../lineage/layers.js";
 import { lineageStore } from "../../lineage/store.js";
 import { meshPath } from "../../live/geometry.js";
 import { movingAngle } from "../../live/light_circle.js";
@@ -86,7 +87,9 @@ export function Exports({ of, name, within, place, isElsewhere = false }) {
       <summary>Export</summary>
       <ul>
         <li><${Download} id="export-brood" text=".brood, the genome as text" name=${fileName(name, of.hash, "brood")} place=${place} path=${() => `/v1/genomes/${of.hash}`} accept="text/x-brood" /></li>
-        <${SourceCode} ...${shared} />
+        ${isPainted(lineageStore.genomes.value.get(of.hash))
+          ? html`<li class="small" data-testid="no-code">No code: a painted material is not a BRDF.</li>`
+          : html`<${SourceCode} ...${shared} />`}
         <li><${Download} id="export-apng" text="Animated PNG, light orbit" name=${fileName(name, of.hash, "apng")} place=${place} path=${() => `/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4${inScene}`} /></li>
         <li><${Download} id="export-strip" text="PNG strip of 24 pictures" name=${fileName(name, of.hash, "strip.png")} place=${place} path=${() => `/v1/individuals/${of.id}/strip.png?size=128&frames=24${inScene}`} /></li>
         <${Pictures} ...${shared} />

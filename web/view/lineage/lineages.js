@@ -23,6 +23,7 @@ const KINDS = [
   { value: "believable", name: "believable", title: "Programs like measured metals, plastics, paints, cloth and wood, in new colours; their children stay like them" },
   { value: "presets", name: "presets", title: "Twenty hand-written materials, as programs and models" },
   { value: "models", name: "models", title: "Models of reflectance with random parameters" },
+  { value: "painted", name: "painted", title: "Cartoons, ink and water colours: palettes mixed by the amount of light" },
   { value: "wild", name: "wild", title: "Random programs, which can become anything" },
 ];
 
@@ -63,7 +64,7 @@ const counted = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 /** Facts of a lineage in a line. @param {Lineage} of */
 const factsOf = (of) =>
   [
-    ...(of.dialect.length === 0 ? ["models"] : []),
+    ...(of.start === "painted" ? ["painted"] : of.dialect.length === 0 ? ["models"] : []),
     counted(of.generations, "generation"),
     ...(of.favourites > 0 ? [counted(of.favourites, "favourite")] : []),
     new Date(of.created_ms).toLocaleDateString(),

@@ -3,7 +3,7 @@
  *
  * @import { Preset } from "../../model.js"
  */
-import { crossWith, fits, listPresets, startFrom } from "../../lineage/presets.js";
+import { crossWith, fits, isPaint, listPresets, startFrom } from "../../lineage/presets.js";
 import { lineageStore } from "../../lineage/store.js";
 import { clearProblems, guarded, runExclusive } from "../../page/problem.js";
 import { pageStore } from "../../page/store.js";
@@ -34,9 +34,11 @@ function close() {
  * Reason why a preset cannot be crossed with the centre; empty if it can.
  * @param {Preset} preset
  */
-function misfit({ dialect }) {
+function misfit(preset) {
+  const { dialect } = preset;
   const of = lineageStore.lineage.value;
-  const centre = lineageStore.genomes.value.get(lineageStore.centre.value?.hash ?? "") ?? null;
+  const centre = lineageStore.centreGenome.value;
+  if (viewStore.presetUse.value === "cross" && isPaint(preset) !== lineageStore.painted.value) return "Painted materials are crossed with painted ones only";
   return viewStore.presetUse.value === "begin" || !of || fits(of, centre, dialect) ? "" : `Its program is for another machine: ${dialect.opcodes} instructions, ${dialect.registers} registers`;
 }
 
@@ -65,8 +67,9 @@ export function Presets() {
       <${Choice} id="preset-use" name="Use of a preset" value=${viewStore.presetUse.value} options=${USES} onInput=${(/** @type {any} */ to) => (viewStore.presetUse.value = to)} />
       <p class="small">${WORDS[viewStore.presetUse.value]}</p>
       <${ProblemBox} place="presets" />
-      <${Group} title="Programs" of=${lineageStore.presets.value.filter((one) => one.dialect.length > 0)} />
-      <${Group} title="Models" of=${lineageStore.presets.value.filter((one) => one.dialect.length === 0)} />
+      <${Group} title="Programs" of=${lineageStore.presets.value.filter((one) => one.dialect.length > 0 && !isPaint(one))} />
+      <${Group} title="Models" of=${lineageStore.presets.value.filter((one) => one.dialect.length === 0 && !isPaint(one))} />
+      <${Group} title="Painted materials" of=${lineageStore.presets.value.filter(isPaint)} />
       <div class="row end"><button type="button" onClick=${shut}>Close</button></div>
     </dialog>
   `;

@@ -15,8 +15,7 @@ function turn(word, on) {
 
 export function Steering() {
   const { steer, homogeneous } = lineageStore.knobs.value;
-  const centre = lineageStore.centre.value;
-  const genome = centre ? (lineageStore.genomes.value.get(centre.hash) ?? null) : null;
+  const genome = lineageStore.centreGenome.value;
   return html`
     <div class="steering" role="group" aria-labelledby="steer-title" data-testid="steering">
       <p class="small" id="steer-title">Steer the next brood</p>
@@ -28,7 +27,7 @@ export function Steering() {
         })}
       </div>
       <${ProblemBox} place="steer" />
-      <p class="small">Compared with the parent; random broods are not steered.</p>
+      <p class="small" data-testid="steer-note">${lineageStore.painted.value ? "Painted materials are not steered: lock effects instead." : "Compared with the parent; random broods are not steered."}</p>
     </div>
   `;
 }

@@ -6,11 +6,15 @@
 use std::fmt;
 
 use brood_brdf::{Parameter, named_enum};
+use serde::{Deserialize, Serialize};
 
 named_enum! {
     numbered
     /// Kind of an effect.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+    #[derive(
+        Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize,
+    )]
+    #[serde(rename_all = "lowercase")]
     #[repr(u8)]
     pub enum EffectKind {
         /// Colours of a palette by the amount of light; always the first effect.
@@ -44,6 +48,9 @@ named_enum! {
 /// Words of the choice `basis`.
 const BASES: &[&str] = &["step", "linear", "quadratic", "cubic", "bezier"];
 
+/// Name of the colour of an overlay.
+pub(crate) const COLOR: &str = "color";
+
 const STRENGTH: Parameter =
     Parameter::scalar("strength", "share of the effect, k", 1.0, (0.0, 1.0));
 
@@ -74,14 +81,14 @@ const LIGHT: &[Parameter] = &[
 const BY: &[&str] = &["light", "facing"];
 
 const SILHOUETTE: &[Parameter] = &[
-    Parameter::display_color("color", "colour of the silhouette", [0x1a, 0x10, 0x20]),
+    Parameter::display_color(COLOR, "colour of the silhouette", [0x1a, 0x10, 0x20]),
     Parameter::scalar("from", "1 - n.e where it begins, s0", 0.7, (0.0, 1.0)),
     Parameter::scalar("to", "1 - n.e where it is complete, s1", 0.8, (0.0, 1.0)),
     STRENGTH,
 ];
 
 const HIGHLIGHT: &[Parameter] = &[
-    Parameter::display_color("color", "colour of the highlight", [0xff, 0xff, 0xff]),
+    Parameter::display_color(COLOR, "colour of the highlight", [0xff, 0xff, 0xff]),
     Parameter::scalar("from", "cosine to the mirrored light where it begins, r0", 0.9, (-1.0, 1.0)),
     Parameter::scalar("to", "cosine where it is complete, r1", 0.99, (-1.0, 1.0)),
     SHADOW,
@@ -90,7 +97,7 @@ const HIGHLIGHT: &[Parameter] = &[
 ];
 
 const DISTANCE: &[Parameter] = &[
-    Parameter::display_color("color", "colour of the distance", [0x9f, 0xb8, 0xd0]),
+    Parameter::display_color(COLOR, "colour of the distance", [0x9f, 0xb8, 0xd0]),
     Parameter::scalar("from", "depth where it begins, z0", 0.0, (-2.0, 16.0)),
     Parameter::scalar("to", "depth where it is complete, z1", 1.0, (-2.0, 16.0)),
     STRENGTH,

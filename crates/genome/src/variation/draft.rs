@@ -15,6 +15,19 @@ pub(super) struct Draft {
 }
 
 impl Draft {
+    /// Returns no parts: neither instructions nor layers nor effects.
+    pub(super) fn empty(dialect: Dialect) -> Self {
+        Self {
+            dialect,
+            instructions: Vec::new(),
+            constants: Box::new([[0.0; 4]; CONSTANTS]),
+            output: Output::IDENTITY,
+            limited: false,
+            layers: Vec::new(),
+            effects: Vec::new(),
+        }
+    }
+
     /// Returns the parts of a genome.
     pub(super) fn copy(parent: &Genome) -> Self {
         Self {

@@ -5,7 +5,7 @@
 
 use super::draft::Draft;
 use super::strength::{MutationScale, Part, Strength};
-use super::{layer, random, toward};
+use super::{layer, paint, random, toward};
 use crate::believable::{self, Rules, Structure};
 use crate::liveness::{RESULT, walk_backwards};
 use crate::locks::ResolvedLocks;
@@ -109,6 +109,11 @@ pub(super) fn draft(draft: &mut Draft, key: BirthKey, how: How, locked: &Resolve
     }
     // A forced change has already happened in the program, if there is one.
     let force = force && draft.instructions.is_empty();
+    if !draft.effects.is_empty() {
+        // A change of the program may not show, so that one of the effects is forced too.
+        let amounts = (mutation, !draft.instructions.is_empty());
+        return paint::mutate(&mut draft.effects, amounts, (key, how.force), locked.effects());
+    }
     let strength = strength(Part::Layers);
     layer::mutate(&mut draft.layers, strength, key, force, locked.layers());
     let toward = (locked.kept().toward, strength.amount);

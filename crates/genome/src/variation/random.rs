@@ -5,8 +5,8 @@ use super::draft::Draft;
 use super::layer;
 use crate::random::{Operator, Stream};
 use crate::{
-    BirthKey, CONSTANTS, Dialect, Instruction, Opcode, OpcodeSet, Operand, Output, Register,
-    Swizzle, WriteMask,
+    BirthKey, CONSTANTS, Dialect, Instruction, Opcode, OpcodeSet, Operand, Register, Swizzle,
+    WriteMask,
 };
 
 /// Probability that an operand is a constant register.
@@ -17,15 +17,7 @@ const CONSTANT_RANGE: f32 = 2.0;
 
 pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
     if dialect.length == 0 {
-        return Draft {
-            dialect,
-            instructions: Vec::new(),
-            constants: Box::new([[0.0; 4]; CONSTANTS]),
-            output: Output::IDENTITY,
-            limited: false,
-            layers: layer::random(key),
-            effects: Vec::new(),
-        };
+        return Draft { layers: layer::random(key), ..Draft::empty(dialect) };
     }
     let mut stream = Stream::new(key, Operator::RandomInstructions);
     let instructions = (0..dialect.length).map(|_| instruction(&dialect, &mut stream)).collect();
@@ -34,15 +26,7 @@ pub(super) fn genome(dialect: Dialect, key: BirthKey) -> Draft {
     for component in constants.iter_mut().flatten() {
         *component = constant(&mut stream);
     }
-    Draft {
-        dialect,
-        instructions,
-        constants,
-        output: Output::IDENTITY,
-        limited: false,
-        layers: Vec::new(),
-        effects: Vec::new(),
-    }
+    Draft { instructions, constants, ..Draft::empty(dialect) }
 }
 
 fn instruction(dialect: &Dialect, stream: &mut Stream) -> Instruction {

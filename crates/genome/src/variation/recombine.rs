@@ -4,6 +4,7 @@
 use super::draft::Draft;
 use super::layer;
 use super::mutate::How;
+use super::paint;
 use crate::believable;
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
@@ -27,8 +28,9 @@ pub(super) fn draft(
     let believable = parameters((first, second), recombination, key, (how, locked));
     let program = || program((first, second), recombination, key, locked);
     let mut draft = believable.unwrap_or_else(program);
-    if first.is_painted() || second.is_painted() {
-        // Painted genomes have no layers; the child is painted if the first parent is.
+    if first.is_painted() {
+        let parents = (first.effects(), second.effects());
+        draft.effects = paint::recombine(parents, recombination, key, locked.effects());
         return draft;
     }
     let may_lose = !draft.instructions.is_empty();

@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_eval::express;
-use brood_genome::{Dialect, Genome, GenomeHash, Model, Steer, live_instructions};
+use brood_genome::{Dialect, Genome, GenomeHash, Model, Start, Steer, live_instructions};
 use brood_mesh::Mesh;
 use brood_protocol::{
     GenerationId, IndividualId, LightAssetKind, Lineage, LineageId, ParentRef, PatchIndividual,
-    SceneId, decode_stored,
+    SceneId, check_painted_defaults, decode_stored,
 };
 use brood_scene::MeshRef;
 use brood_storage::{NewGeneration, NewGenome, NewImport, NewIndividual, StoredMesh};
@@ -122,6 +122,9 @@ pub fn assemble(
     scene: SceneId,
 ) -> Result<NewImport, ApiError> {
     let (start, dialect) = start_of(file.start, Some(file.dialect))?;
+    if start == Start::Painted {
+        check_painted_defaults(Some(file.saturation), Some(file.energy_limit))?;
+    }
     let lineage = Lineage {
         id: LineageId::fresh(),
         name: file.name,

@@ -1,0 +1,20 @@
+//! Random painted genomes, and mutation and crossover of effects.
+//!
+//! Colours change in Oklab, the palette as a whole, so that children keep a range of lightness that
+//! shows the shape. docs/maths/variation.md has the rates.
+
+mod palette;
+mod random;
+mod recombine;
+mod threshold;
+mod value;
+
+mod mutate;
+
+pub(super) use mutate::mutate;
+pub(super) use random::random;
+pub(super) use recombine::recombine;
+
+#[cfg(test)]
+#[path = "paint_tests.rs"]
+mod tests;

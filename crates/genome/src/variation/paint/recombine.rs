@@ -1,0 +1,93 @@
+//! Crossover of effects.
+
+use crate::locks::LockedEffects;
+use crate::random::{Operator, Stream};
+use crate::{BirthKey, Effect, EffectKind, Palette};
+
+/// Part of a painted genome that a child has from one of its parents.
+#[derive(Clone, Copy, PartialEq)]
+enum Part {
+    /// Colours and edges.
+    Palette,
+    /// An effect, without the palette.
+    Effect(EffectKind),
+}
+
+impl Part {
+    const ALL: [Self; 5] = [
+        Self::Palette,
+        Self::Effect(EffectKind::Light),
+        Self::Effect(EffectKind::Silhouette),
+        Self::Effect(EffectKind::Highlight),
+        Self::Effect(EffectKind::Distance),
+    ];
+
+    /// True if the parents differ in the part, and it may come from the second.
+    fn can_change(self, first: &[Effect], second: &[Effect], locked: &LockedEffects) -> bool {
+        match self {
+            Self::Palette => {
+                let is_locked = |name| locked.locks(EffectKind::Light, name);
+                let is_locked = is_locked(Palette::COLORS) || is_locked(Palette::EDGES);
+                !is_locked && palette(first) != palette(second)
+            }
+            Self::Effect(kind) => {
+                let values = |effects| find(effects, kind).map(Effect::values);
+                let is_locked = match kind {
+                    // The palette is another part.
+                    EffectKind::Light => locked.locks_values_of(kind),
+                    EffectKind::Silhouette | EffectKind::Highlight | EffectKind::Distance => {
+                        locked.locks_any_of(kind)
+                    }
+                };
+                !is_locked && values(first) != values(second)
+            }
+        }
+    }
+}
+
+/// Takes each part from the second parent with probability `share`, in the first's order of
+/// painting. If `share` is between 0 and 1 and the parents differ in two parts or more, the child
+/// has a part of each.
+pub(in super::super) fn recombine(
+    (first, second): (&[Effect], &[Effect]),
+    share: f32,
+    key: BirthKey,
+    locked: &LockedEffects,
+) -> Vec<Effect> {
+    let mut stream = Stream::new(key, Operator::RecombineEffects);
+    let mut taken = Part::ALL.map(|_| stream.chance(share));
+    let different: Vec<usize> = (0..Part::ALL.len())
+        .filter(|at| Part::ALL[*at].can_change(first, second, locked))
+        .collect();
+    let exchanged = stream.below(different.len().max(1) as u32) as usize;
+    let is_mixed = different.windows(2).any(|pair| taken[pair[0]] != taken[pair[1]]);
+    if !is_mixed && different.len() > 1 && share > 0.0 && share < 1.0 {
+        let part = different[exchanged];
+        taken[part] = !taken[part];
+    }
+    let takes = |part: Part| {
+        let at = Part::ALL.iter().position(|one| *one == part).expect("all parts are listed");
+        taken[at] && different.contains(&at)
+    };
+    let mut child: Vec<Effect> = first
+        .iter()
+        .filter_map(|own| match takes(Part::Effect(own.kind())) {
+            true => find(second, own.kind()).cloned(),
+            false => Some(own.clone()),
+        })
+        .collect();
+    let more = second.iter().filter(|theirs| find(first, theirs.kind()).is_none());
+    child.extend(more.filter(|theirs| takes(Part::Effect(theirs.kind()))).cloned());
+    let source = if takes(Part::Palette) { second } else { first };
+    let light = Effect::new(EffectKind::Light, child[0].values().clone(), palette(source).cloned());
+    child[0] = light.expect("both parts are valid");
+    child
+}
+
+fn find(effects: &[Effect], kind: EffectKind) -> Option<&Effect> {
+    effects.iter().find(|effect| effect.kind() == kind)
+}
+
+fn palette(effects: &[Effect]) -> Option<&Palette> {
+    effects.first().and_then(Effect::palette)
+}
