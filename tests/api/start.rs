@@ -116,7 +116,11 @@ async fn painted_lineage_draws_mutates_and_crosses_painted_materials() {
         (json!({"energy_limit": true}), "/energy_limit"),
         (json!({"steer": ["warmer"], "parents": parents}), "/steer"),
         (json!({"locks": {"channels": ["r"]}, "parents": parents}), "/locks/channels"),
-        (json!({"locks": {"effects": ["glow"]}, "parents": parents}), "/locks/effects/0"),
+        (
+            json!({"locks": {"effect_parameters": [{"effect": "light", "name": "width"}]},
+                "parents": parents}),
+            "/locks/effect_parameters/0/name",
+        ),
     ] {
         let problem = server.post(&path, &more).await;
         assert_eq!(problem.problem(422)["pointer"], json!(pointer), "{more}");

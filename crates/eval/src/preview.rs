@@ -27,8 +27,10 @@ const DARK_CODE: u8 = 20;
 const BRIGHT_SHARE: f32 = 0.06;
 
 /// A painted preview with a smaller range of lightness in Oklab, from the 5 % to the 95 % quantile,
-/// does not show the shape.
-const SHAPE_RANGE: f32 = 0.25;
+/// does not show the shape. Larger pictures of the others have a range of 0.25 or more.
+const SHAPE_RANGE: f32 = 0.3;
+/// As [`UNLIKE_CODES`], for painted materials: 7 codes in larger pictures.
+const UNLIKE_PAINTED_CODES: f32 = 8.5;
 
 /// Returns the samples of the preview scene: a sphere under the default light, one ray per pixel.
 fn samples() -> &'static SampleSet {
@@ -114,7 +116,8 @@ impl Preview {
     /// most 1.
     pub(crate) fn newness<'a>(&self, others: impl Iterator<Item = &'a Self>) -> f32 {
         let nearest = others.map(|other| self.apart(other)).fold(f32::INFINITY, f32::min);
-        (nearest / UNLIKE_CODES).min(1.0)
+        let unlike = if self.shape_range.is_some() { UNLIKE_PAINTED_CODES } else { UNLIKE_CODES };
+        (nearest / unlike).min(1.0)
     }
 }
 

@@ -119,6 +119,8 @@ presets! {
         "White plaster that takes the colours of the lights."
     "paint-mist" "Slate in mist"
         "Grey slate whose far side fades away."
+    "paint-gold" "Gold leaf"
+        "Brown shade, orange and yellow, with a bright band, as on illuminated pages."
     "paint-comic-metal" "Comic metal"
         "Bands of bright and dark steel with a glint."
 }
