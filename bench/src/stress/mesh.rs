@@ -139,7 +139,7 @@ impl Meshes {
         for sample in 0..set.len() {
             let (pair, uv) = set.pair(sample);
             let light = irradiance.map(|channel| channel[sample]);
-            let inputs = Input::ALL.iter().all(|input| set.input(*input)[sample].is_finite());
+            let inputs = Input::symmetric().all(|input| set.input(input)[sample].is_finite());
             let reflectance = f.iter().skip(sample).step_by(set.len()).all(|f| f.is_finite());
             let directions = [pair.wi(), pair.wo()];
             let finite = directions.iter().all(|w| w.is_finite()) && uv.is_finite();
