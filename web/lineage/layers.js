@@ -2,7 +2,7 @@
  * Models of reflectance that a genome has besides its program: parsed from the genome's text, and
  * in words. Pure functions, independent of the single models.
  *
- * @import { Genome, Individual, Locks, Parameter } from "../model.js"
+ * @import { Genome, Individual, Lineage, Locks, Parameter } from "../model.js"
  */
 import { colorCode } from "../page/srgb.js";
 
@@ -39,6 +39,13 @@ export function genomeIn(text) {
   }
   return found;
 }
+
+/**
+ * Kind of a lineage without programs, in a word; empty for others.
+ * @param {Pick<Lineage, "start"|"dialect">} of
+ */
+export const kindInWords = ({ start, dialect }) =>
+  start === "painted" ? "painted" : dialect.length === 0 ? "models" : "";
 
 /** Names of an individual's models, lowest first. @param {Individual} of @returns {string[]} */
 export const modelsOf = (of) => of.layers ?? [];

@@ -4,6 +4,7 @@
  */
 import { breedRandom, reroll } from "../lineage/breed.js";
 import { redo, redoId, undo, undoId } from "../lineage/generations.js";
+import { kindInWords } from "../lineage/layers.js";
 import { twinsInWords } from "../lineage/locks.js";
 import { FRAMES, lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
@@ -61,11 +62,12 @@ function ActionButton({ id, sign, name, keys, known = false, disabled, onClick }
 
 export function Bar() {
   const can = { undo: undoId(), redo: redoId() };
+  const kind = lineageStore.lineage.value ? kindInWords(lineageStore.lineage.value) : "";
   return html`
     <header class="bar">
       <h1>brood</h1>
       <button type="button" class="lineage" data-testid="lineage-menu" aria-haspopup="dialog" onClick=${() => (pageStore.lineagesOpen.value = true)}>
-        <span class="cut">${lineageStore.lineage.value?.name ?? "lineages"}</span> ${lineageStore.lineage.value?.dialect.length === 0 && html`<span class="kind">models</span>`} <span aria-hidden="true">▾</span>
+        <span class="cut">${lineageStore.lineage.value?.name ?? "lineages"}</span> ${kind && html`<span class="kind">${kind}</span>`} <span aria-hidden="true">▾</span>
       </button>
       <div class="actions" role="group" aria-label="History and breeding">
         <${ActionButton} id="undo" sign="↶" name="Undo" keys="Ctrl+Z" known disabled=${!can.undo} onClick=${undo} />

@@ -4,6 +4,7 @@
  * @import { Lineage } from "../../model.js"
  */
 import { forgetToken } from "../../api/session.js";
+import { kindInWords } from "../../lineage/layers.js";
 import { describe, listedLineages, restore, tagsIn } from "../../lineage/listed.js";
 import { STARTS, create, hide, open } from "../../lineage/open.js";
 import { lineageStore } from "../../lineage/store.js";
@@ -64,7 +65,7 @@ const counted = (count, noun) => `${count} ${noun}${count === 1 ? "" : "s"}`;
 /** Facts of a lineage in a line. @param {Lineage} of */
 const factsOf = (of) =>
   [
-    ...(of.start === "painted" ? ["painted"] : of.dialect.length === 0 ? ["models"] : []),
+    ...[kindInWords(of)].filter((kind) => kind !== ""),
     counted(of.generations, "generation"),
     ...(of.favourites > 0 ? [counted(of.favourites, "favourite")] : []),
     new Date(of.created_ms).toLocaleDateString(),
