@@ -9,7 +9,7 @@
 
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use brood_eval::{Appearance, Preview, diverse_brood, steered_brood};
 use brood_genome::{Genome, Start, Steer, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
@@ -85,6 +85,9 @@ struct Figures {
 /// Runs the command.
 pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
     logging::start_offline();
+    if args.kind == Some(Kind::Painted) && !args.steer.is_empty() {
+        bail!("painted materials are not steered: omit --steer");
+    }
     let parents = parents(args)?;
     let mut rules = [Curation::Off, Curation::Distinct, Curation::Diverse].map(Some).to_vec();
     if !args.steer.is_empty() {
@@ -187,6 +190,9 @@ fn breed(request: &BroodRequest<'_>, curation: Option<Curation>, steer: &[Steer]
 
 /// Number of children that follow all words.
 fn following(parent: &Genome, brood: &[Child], steer: &[Steer]) -> usize {
+    if steer.is_empty() {
+        return brood.len();
+    }
     let parent = Appearance::of(&Program::lower(parent));
     let follows = |child: &&Child| {
         let own = Appearance::of(&child.program);
