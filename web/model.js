@@ -109,7 +109,8 @@
  *
  * @typedef {{effect: string, parameters: Parameter[]}} Effect
  *
- * @typedef {{instructions: number, machine: string, layers: Layer[], effects: Effect[]}} Genome
+ * @typedef {{instructions: number, machine: string, constants: number[], layers: Layer[], effects:
+ *   Effect[]}} Genome `constants`: numbers of those that instructions read
  *   Content of a genome's text; `machine`: dialect of its program; `effects`: of a painted
  *   material.
  *

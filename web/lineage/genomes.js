@@ -38,10 +38,11 @@ async function learn(of) {
   }
 }
 
-/** Reads the genome of the centre. */
+/** Reads the genome of the centre, unless it is a program without locked instructions. */
 export function watchGenomes() {
   return effect(() => {
-    if (lineageStore.centre.value && !lineageStore.programsOnly.value)
+    const isLocked = lineageStore.locks.value.instructions.length > 0;
+    if (lineageStore.centre.value && (isLocked || !lineageStore.programsOnly.value))
       void learn(lineageStore.centre.value);
   });
 }

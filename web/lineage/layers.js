@@ -26,17 +26,23 @@ export function genomeIn(text) {
   const found = {
     instructions: 0,
     machine: /^\.dialect (.*)$/m.exec(text)?.[1] ?? "",
+    constants: [],
     layers: [],
     effects: [],
   };
+  const constants = new Set();
   for (const line of text.split("\n")) {
     const [, part, name] = /^\.(model|effect)\s+(\S+)/.exec(line) ?? [];
     if (part === "model") found.layers.push({ model: name, parameters: [] });
     else if (part === "effect") found.effects.push({ effect: name, parameters: [] });
     else if (isOfLayer(line))
       (found.effects.at(-1) ?? found.layers.at(-1))?.parameters.push(parameterIn(line));
-    else if (/^[A-Z]/.test(line)) found.instructions += 1;
+    else if (/^[A-Z]/.test(line)) {
+      found.instructions += 1;
+      for (const [, number] of line.matchAll(/\bC(\d+)\b/g)) constants.add(Number(number));
+    }
   }
+  found.constants = [...constants];
   return found;
 }
 

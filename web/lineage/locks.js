@@ -122,6 +122,24 @@ export function unlockAll() {
 }
 
 /**
+ * True if every part of a genome is locked.
+ * @param {Genome} genome
+ * @param {Locks} locks
+ */
+const isWhollyLocked = ({ instructions, constants, layers, effects }, locks) =>
+  locks.instructions.length === instructions &&
+  constants.every((constant) => locks.constants.includes(constant)) &&
+  layers.every(
+    ({ parameters }, at) =>
+      locks.layers.includes(at) || parameters.every(({ name }) => hasParameter(locks, at, name)),
+  ) &&
+  effects.every(
+    ({ effect, parameters }) =>
+      locks.effects.includes(effect) ||
+      parameters.every(({ name }) => hasEffectParameter(locks, effect, name)),
+  );
+
+/**
  * Reason why the next brood would be identical children, in words; empty where it would not be.
  * @param {{mutation: number, recombination: number, hasMate: boolean, locks: Locks, genome:
  *   Genome|null}} of `genome`: of the centre, null where unknown
@@ -129,12 +147,8 @@ export function unlockAll() {
 export function onlyTwinsInWords({ mutation, recombination, hasMate, locks, genome }) {
   if (locks.channels.length === CHANNELS.length)
     return "All channels are locked: children would be identical. Unlock one.";
-  const layers = genome?.layers ?? [];
-  const isKept = (/** @type {number} */ at) =>
-    locks.layers.includes(at) ||
-    layers[at].parameters.every(({ name }) => hasParameter(locks, at, name));
-  if (genome?.instructions === 0 && layers.length > 0 && layers.every((_, at) => isKept(at)))
-    return "Everything is locked: children would be identical. Unlock a parameter.";
+  if (genome && isWhollyLocked(genome, locks))
+    return "Everything is locked: children would be identical. Unlock a part.";
   if (mutation === 0 && !hasMate)
     return "Mutation 0 gives 20 identical children: raise it or mark a mate.";
   if (mutation === 0 && recombination === 0)

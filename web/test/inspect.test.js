@@ -230,9 +230,14 @@ test("a brood of identical children is known before it is bred", () => {
   const channels = locks({ channels: ["r", "g", "b"] });
   assert.match(onlyTwinsInWords({ ...free, locks: channels }), /^All channels are locked/);
   const metal = { model: "ward", parameters: [{ name: "alpha_x", value: [1] }] };
-  const genome = { instructions: 0, machine: "", layers: [metal, metal] };
+  const genome = { instructions: 0, machine: "", constants: [], layers: [metal, metal], effects: [] };
   const half = locks({ layers: [0] });
   assert.equal(onlyTwinsInWords({ ...free, locks: half, genome }), "");
   const whole = locks({ layers: [0], parameters: [{ layer: 1, name: "alpha_x" }] });
   assert.match(onlyTwinsInWords({ ...free, locks: whole, genome }), /^Everything is locked/);
+  const program = { ...genome, instructions: 2, constants: [4], layers: [] };
+  const steps = locks({ instructions: [0, 1] });
+  assert.equal(onlyTwinsInWords({ ...free, locks: steps, genome: program }), "", "a constant is free");
+  const all = locks({ instructions: [0, 1], constants: [4] });
+  assert.match(onlyTwinsInWords({ ...free, locks: all, genome: program }), /^Everything is locked/);
 });

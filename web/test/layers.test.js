@@ -30,6 +30,7 @@ test("models are read from a genome's text with numbers, colours and words", () 
   assert.deepEqual(GENOME, {
     instructions: 2,
     machine: "paper smooth registers 7",
+    constants: [],
     layers: [
       { model: "lambert", parameters: [{ name: "albedo", value: [0.3, 0.13, 0.05] }] },
       {
@@ -43,9 +44,10 @@ test("models are read from a genome's text with numbers, colours and words", () 
     ],
     effects: [],
   });
-  assert.deepEqual(genomeIn("brood 1\nADD R0, R1, R2\n"), {
+  assert.deepEqual(genomeIn("brood 1\nADD R0, R1, C12.x\n"), {
     instructions: 1,
     machine: "",
+    constants: [12],
     layers: [],
     effects: [],
   });
