@@ -22,6 +22,13 @@ export const around = (page, before) =>
     return ready && ready !== not && document.querySelectorAll("[data-frame]").length === 21;
   }, before);
 
+/** Opens a lineage whose shown generation is a complete brood. */
+export async function goTo(app, lineage) {
+  const last = await app.ready();
+  await app.open(`#/lineage/${lineage}`);
+  await around(app.page, last);
+}
+
 export async function materials(app, step, shot) {
   const { page } = app;
 

@@ -3,18 +3,13 @@
 import { strict as assert } from "node:assert";
 
 import { allLit, asServerDraws, hold, noneLit, slide } from "./live.mjs";
-import { around } from "./materials.mjs";
+import { goTo } from "./materials.mjs";
 import { poster } from "./server.mjs";
 
 /** Runs the journey; `shot` saves a screenshot. */
 export async function shadowsLive(app, step, shot, base) {
   const { page } = app;
   const { lineage: before } = await app.generation(await app.ready());
-  const goTo = async (lineage) => {
-    const last = await app.ready();
-    await app.open(`#/lineage/${lineage}`);
-    await around(page, last);
-  };
 
   await step("moves hard shadows with the light like the server", async () => {
     const send = poster(base);
@@ -31,7 +26,7 @@ export async function shadowsLive(app, step, shot, base) {
       scene: shadowed,
     });
     await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 7 });
-    await goTo(id);
+    await goTo(app, id);
     const generation = await app.generation(await app.ready());
     const text = [];
     for (const degrees of [75, 250]) {
@@ -43,7 +38,7 @@ export async function shadowsLive(app, step, shot, base) {
     await assert.rejects(asServerDraws(app, generation, 250, base, plain), /apart in/);
     await app.reshown(() => slide(app, "light", 250));
     await noneLit(page);
-    await goTo(before);
+    await goTo(app, before);
     return text.join("; ");
   });
 }

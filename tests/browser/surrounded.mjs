@@ -3,18 +3,13 @@
 import { strict as assert } from "node:assert";
 
 import { allLit, asServerDraws, hold, noneLit, slide, underLamp } from "./live.mjs";
-import { around } from "./materials.mjs";
+import { goTo } from "./materials.mjs";
 import { poster } from "./server.mjs";
 
 /** Draws environments live, in a lineage of isotropic homogeneous believable programs. */
 export async function surrounded(app, step, shot, base) {
   const { page } = app;
   const { lineage: before } = await app.generation(await app.ready());
-  const goTo = async (lineage) => {
-    const last = await app.ready();
-    await app.open(`#/lineage/${lineage}`);
-    await around(page, last);
-  };
 
   let generation = null;
   await step("draws an environment live like the server, under a lamp that circles", async () => {
@@ -22,7 +17,7 @@ export async function surrounded(app, step, shot, base) {
     const { id } = await send("/v1/lineages", { name: "Surrounded", start: "believable" });
     const constraints = { isotropic: true, homogeneous: true };
     await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 5, constraints });
-    await goTo(id);
+    await goTo(app, id);
     generation = await app.generation(await app.ready());
     assert.equal(generation.lineage, id);
     await app.reshown(() => slide(app, "exposure", -1));
@@ -127,7 +122,7 @@ export async function surrounded(app, step, shot, base) {
     const { id } = await send("/v1/lineages", { name: "Circling", start: "believable", scene });
     const constraints = { isotropic: true, homogeneous: true };
     await send(`/v1/lineages/${id}/generations`, { parents: [], seed: 6, constraints });
-    await goTo(id);
+    await goTo(app, id);
     const circling = await app.generation(await app.ready());
     await hold(app, "light", 100);
     await allLit(page);
@@ -135,7 +130,7 @@ export async function surrounded(app, step, shot, base) {
     await shot("9-circling");
     await app.reshown(() => slide(app, "light", 100));
     await noneLit(page);
-    await goTo(before);
+    await goTo(app, before);
     return text;
   });
 }

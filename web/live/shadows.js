@@ -5,6 +5,7 @@
  * @import { Scene } from "../model.js"
  */
 import { getBytes } from "../api/request.js";
+import { texture } from "./texture.js";
 
 const MAGIC = "broodang";
 /** Number of bytes before the angles. */
@@ -136,11 +137,7 @@ export class ShadowTexture {
  * @param {Uint32Array} pairs
  */
 function makeTexture(gl, width, height, pairs) {
-  const texture = gl.createTexture();
-  gl.bindTexture(gl.TEXTURE_2D, texture);
-  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA32UI, width, height);
+  const made = texture(gl, gl.RGBA32UI, width, height);
   gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, pairs);
-  for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
-    gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
-  return texture;
+  return made;
 }

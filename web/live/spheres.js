@@ -16,6 +16,7 @@
 import { getBytes } from "../api/request.js";
 import { postGenome } from "../api/routes.js";
 import { axes } from "../scene/rotation.js";
+import { texture } from "./texture.js";
 
 /** Texels along the side of a sphere at rest. */
 const TEXELS = 48;
@@ -315,13 +316,7 @@ export function dropSpheres(gl, of) {
  * @param {Uint16Array} texels
  */
 function makeTexture(gl, [width, height], texels) {
-  const texture = gl.createTexture();
-  gl.bindTexture(gl.TEXTURE_2D, texture);
-  gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGB16F, width, height);
+  const made = texture(gl, gl.RGB16F, width, height, gl.LINEAR);
   gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGB, gl.HALF_FLOAT, texels);
-  for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
-    gl.texParameteri(gl.TEXTURE_2D, name, gl.LINEAR);
-  for (const name of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T])
-    gl.texParameteri(gl.TEXTURE_2D, name, gl.CLAMP_TO_EDGE);
-  return texture;
+  return made;
 }

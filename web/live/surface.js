@@ -24,6 +24,7 @@ import { SIDES, outline, triangles } from "./outline.js";
 import { EVERYWHERE, OUTLINED, linkNow, read, uniformLocation } from "./program.js";
 import { REACHED, angleOf } from "./shadows.js";
 import { PLACES, SURROUNDINGS, TURNED_PLACES } from "./spheres.js";
+import { texture } from "./texture.js";
 
 const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
@@ -209,22 +210,6 @@ export const linkSurfacePrograms = (gl) => ({
   turnedPlaces: linkNow(gl, OUTLINED, TURNED_PLACES),
   surroundings: linkNow(gl, OUTLINED, SURROUNDINGS),
 });
-
-/**
- * Creates a texture that is read without filtering.
- * @param {WebGL2RenderingContext} gl
- * @param {number} format
- * @param {number} side
- * @param {number} [height]
- */
-export function texture(gl, format, side, height = side) {
-  const made = gl.createTexture();
-  gl.bindTexture(gl.TEXTURE_2D, made);
-  gl.texStorage2D(gl.TEXTURE_2D, 1, format, side, height);
-  for (const name of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER])
-    gl.texParameteri(gl.TEXTURE_2D, name, gl.NEAREST);
-  return made;
-}
 
 /**
  * @param {WebGL2RenderingContext} gl

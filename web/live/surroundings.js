@@ -7,7 +7,8 @@
  * @import { Surface, SurfacePrograms } from "./surface.js"
  */
 import { read } from "./program.js";
-import { drawWithin, drawsInto, texture } from "./surface.js";
+import { drawWithin, drawsInto } from "./surface.js";
+import { texture } from "./texture.js";
 
 /**
  * Draws the radiance of a material in the environments, unless it is known. Leaves no framebuffer

@@ -175,7 +175,7 @@ impl Tracing<'_> {
         for angle in rest {
             let next = is_lit(*angle);
             if next != present {
-                // Where the surface has faced away in between, any angle there is as good.
+                // If the surface faces away between the two, the exact angle does not matter.
                 let is_arc = faces(last.midpoint(*angle));
                 let of_next = |middle| is_lit(middle) == next;
                 found.push(if is_arc { bisected((last, *angle), of_next) } else { *angle });
