@@ -6,8 +6,8 @@
 //! programs.
 //!
 //! Dependencies between the files go one way: `constants`, `parameter` and `parameter_values`, then
-//! what several models share, then one file for each family of models, then `prepared` and `kind`,
-//! which join all families, then `value`.
+//! files that several models share, then one file for each family of models, then `prepared` and
+//! `kind`, which join all families, then `value`.
 
 mod ashikhmin_shirley;
 mod coat;
