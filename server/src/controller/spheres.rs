@@ -79,7 +79,7 @@ pub struct PostedSpheresQuery {
 #[utoipa::path(get, path = "/v1/individuals/{id}/lit-spheres", tag = "pictures",
     params(("id" = IndividualId, Path), SpheresQuery),
     responses((status = 200, content_type = "application/octet-stream"),
-        (status = 204, description = "the material is anisotropic or textured"),
+        (status = 204, description = "the material is anisotropic, textured or painted"),
         (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
@@ -108,7 +108,7 @@ pub async fn get(
 #[utoipa::path(post, path = "/v1/lit-spheres", tag = "pictures", params(PostedSpheresQuery),
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
     responses((status = 200, content_type = "application/octet-stream"),
-        (status = 204, description = "the material is anisotropic or textured")))]
+        (status = 204, description = "the material is anisotropic, textured or painted")))]
 pub async fn post(
     State(app): State<App>,
     Query(query): Query<PostedSpheresQuery>,
