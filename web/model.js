@@ -53,9 +53,13 @@
  *
  * @typedef {{kind: "environment", blur_deg: number}|{kind: "color", color: Vec3}} Backdrop
  *
- * @typedef {Omit<Partial<api.SceneAnswer>, "camera"|"lights"|"rotation_deg"|"backdrop"> & {mesh:
- *   string, rotation_deg: Vec3, scale: number, camera: Camera, film: Film, lights?: Light[],
- *   backdrop?: Backdrop|null}} Scene
+ * @typedef {Omit<Partial<api.SceneAnswer>,
+ *   "camera"|"lights"|"rotation_deg"|"backdrop"|"objects"|"ground"> & {mesh: string, rotation_deg:
+ *   Vec3, scale: number, camera: Camera, film: Film, lights?: Light[], backdrop?: Backdrop|null,
+ *   objects?: SceneObject[], ground?: {material?: string|null, height?: number|null}|null}} Scene
+ *
+ * @typedef {{mesh?: string, position?: Vec3, stands?: boolean, rotation_deg?: Vec3, scale?: number,
+ *   material?: string|null}} SceneObject
  *
  * @typedef {api.MeshAnswer} MeshAnswer
  *
@@ -124,7 +128,7 @@
  *
  * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"steer"|"locks"|
  *   "object"|"light"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|"compare"|
- *   "comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|"job"|"found"} Place
+ *   "surroundings"|"comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|"job"|"found"} Place
  *   Place on the page where a problem is shown.
  *
  * @typedef {{problem: Problem, retry?: () => void, isRead?: boolean}} ShownProblem

@@ -3,20 +3,21 @@
 use std::sync::Arc;
 
 use brood_eval::express;
+use brood_genome::preset::{Preset, neutral};
 use brood_genome::{Genome, GenomeHash};
 use brood_inspect::{CurvePoint, Inspection, LightOrbit, Phenomena, inspect};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{Program, ProgramHash};
 use brood_protocol::{
-    Backend, Frame, Lineage, MeshId, MeshSource, PictureFormat, PictureKey, RENDERER_VERSION,
-    SceneId, Subject, decode_stored,
+    Backend, Frame, Lineage, MeshId, MeshSource, ObjectSource, PictureFormat, PictureKey,
+    RENDERER_VERSION, SceneId, Subject, decode_stored,
 };
 use brood_scene::{MeshRef, PictureSize, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::{future, sync};
 
 use crate::lighting;
-use crate::problem::ApiError;
+use crate::problem::{ApiError, quote};
 use crate::processors::run_blocking;
 
 const MATERIALS: u64 = 4096;
@@ -56,13 +57,15 @@ pub struct Optics {
     pub phenomena: Phenomena,
 }
 
-/// Scene with the source of its mesh.
+/// Scene with the sources of its meshes and materials.
 #[derive(Debug)]
 pub struct KnownScene {
     /// Scene.
     pub scene: Scene,
     /// Source of the mesh for workers.
     pub mesh: MeshSource,
+    /// The other objects for workers, then the ground.
+    pub objects: Vec<ObjectSource>,
 }
 
 /// Framing of a picture: everything but the material.
@@ -279,10 +282,45 @@ impl Library {
             let scene: Scene = serde_json::from_str(&json).map_err(|error| {
                 ApiError::internal(format!("stored scene {id} cannot be read: {error}"))
             })?;
-            let mesh = self.mesh(&scene).await?;
-            Ok::<_, ApiError>(Arc::new(KnownScene { scene, mesh }))
+            let (mesh, objects) = self.meshes(&scene).await?;
+            Ok::<_, ApiError>(Arc::new(KnownScene { scene, mesh, objects }))
         };
         Ok(self.scenes.try_get_with(id, read).await?)
+    }
+
+    /// Returns the source of a scene's mesh, and its other objects, then its ground.
+    ///
+    /// # Errors
+    /// 422 or 404 with a pointer if the scene names a mesh or a material that does not exist.
+    pub async fn meshes(&self, scene: &Scene) -> Result<(MeshSource, Vec<ObjectSource>), ApiError> {
+        let mesh = self.mesh(scene).await?;
+        let mut sources = Vec::with_capacity(scene.objects.len() + 1);
+        for (index, object) in scene.objects.iter().enumerate() {
+            sources.push(self.mesh_of(&object.mesh, &format!("/objects/{index}/mesh")).await?);
+        }
+        sources.extend(scene.ground.iter().map(|_| MeshSource::Builtin));
+        let mut objects = Vec::with_capacity(sources.len());
+        for ((name, pointer), mesh) in scene.materials().zip(sources) {
+            let words = self.material_words(name).await.map_err(|error| error.at(pointer))?;
+            objects.push(ObjectSource { mesh, words });
+        }
+        Ok((mesh, objects))
+    }
+
+    /// Returns the packed program of an object's material.
+    async fn material_words(&self, name: Option<&str>) -> Result<Vec<u32>, ApiError> {
+        let Some(name) = name else { return Ok(express(neutral()).to_words()) };
+        if let Some(preset) = Preset::find(name) {
+            return Ok(express(preset.genome()).to_words());
+        }
+        let hash: GenomeHash = name.parse().map_err(|_| {
+            let words = format!(
+                "the material {} is not the name of a preset, and not the hash of a genome",
+                quote(name)
+            );
+            ApiError::refused(words)
+        })?;
+        Ok(self.material(hash).await?.program.to_words())
     }
 
     /// Returns the source of a scene's mesh.
@@ -290,18 +328,22 @@ impl Library {
     /// # Errors
     /// 422 or 404 if the scene names no existing mesh.
     pub async fn mesh(&self, scene: &Scene) -> Result<MeshSource, ApiError> {
-        let MeshRef::Uploaded(id) = &scene.mesh else { return Ok(MeshSource::Builtin) };
+        self.mesh_of(&scene.mesh, "/mesh").await
+    }
+
+    async fn mesh_of(&self, mesh: &MeshRef, pointer: &str) -> Result<MeshSource, ApiError> {
+        let MeshRef::Uploaded(id) = mesh else { return Ok(MeshSource::Builtin) };
         let id: MeshId = id.parse().map_err(|_| {
             let names = BuiltinMesh::ALL.map(BuiltinMesh::name).join(", ");
             ApiError::refused(format!(
                 "the mesh {id:?} is none of {names}, and not the id of an uploaded one"
             ))
-            .at("/mesh")
+            .at(pointer)
         })?;
         match self.store.mesh(id).await {
             Ok(row) => Ok(MeshSource::Uploaded(row.content_hash)),
             Err(StorageError::NotFound) => {
-                Err(ApiError::not_found("there is no mesh with this id").at("/mesh"))
+                Err(ApiError::not_found("there is no mesh with this id").at(pointer))
             }
             Err(error) => Err(error.into()),
         }
@@ -347,7 +389,7 @@ impl Library {
             let scene = known.scene.with_light_deg(light_deg);
             let options = (view.format, view.backend);
             let frame = Frame::new(&scene, known.mesh, view.size_px, view.sampling, options);
-            let frame = frame.with_area(view.area);
+            let frame = frame.with_objects(known.objects.clone()).with_area(view.area);
             let identity = frame.identity();
             Ok::<_, ApiError>(Arc::new(Framed { frame, identity, view, light_deg }))
         };

@@ -27,6 +27,7 @@ import { binary, startServer } from "./server.mjs";
 import { shadowsLive } from "./shadows.mjs";
 import { steer } from "./steer.mjs";
 import { surrounded } from "./surrounded.mjs";
+import { surroundings } from "./surroundings.mjs";
 import { target, targetByFinger } from "./target.mjs";
 import { troubled } from "./troubled.mjs";
 import { visitor } from "./visitor.mjs";
@@ -260,6 +261,7 @@ async function coming(app) {
   await comparison(app, step, shot);
   await models(app, step, shot, binary);
   await painted(app, step, shot);
+  await surroundings(app, step, shot);
   await edited(app, step, shot);
 }
 

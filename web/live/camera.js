@@ -138,10 +138,12 @@ const pointsOf = ({ lights }) => (lights ?? []).filter(({ kind }) => kind !== "e
 
 /**
  * True if a scene can be drawn live: environments and a few point lights with an intensity or the
- * default one, curved normals, and shadows of point lights alone.
+ * default one, curved normals, shadows of point lights alone, and no other object.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
+  !scene.ground &&
+  (scene.objects ?? []).length === 0 &&
   (!scene.shadows || pointsOf(scene).length === (scene.lights ?? []).length) &&
   pointsOf(scene).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&

@@ -72,24 +72,22 @@ export function commitLight() {
 }
 
 /**
- * Reads the object's bounding sphere, on which the strength depends, once the pictures are loaded.
+ * Reads the bounding spheres of the objects, on which strength and places depend, once the pictures
+ * are loaded.
  */
 export function watchExtent() {
   return effect(() => {
-    const mesh = sceneStore.editedScene.value?.mesh;
-    if (
-      !mesh ||
-      !pageStore.knobsOpen.value ||
-      lineageStore.readyId.value === null ||
-      sceneStore.extents.value.has(mesh)
-    )
-      return;
-    // Untracked, so that showing a failure does not cause another request.
-    untracked(
-      () =>
-        void guarded("light", async () => {
-          await extentOf(mesh);
-        }),
-    );
+    const scene = sceneStore.editedScene.value;
+    if (!scene || !pageStore.knobsOpen.value || lineageStore.readyId.value === null) return;
+    const meshes = [scene.mesh, ...(scene.objects ?? []).map(({ mesh }) => mesh ?? "sphere")];
+    for (const mesh of meshes.filter((one) => !sceneStore.extents.value.has(one))) {
+      // Untracked, so that showing a failure does not cause another request.
+      untracked(
+        () =>
+          void guarded("light", async () => {
+            await extentOf(mesh);
+          }),
+      );
+    }
   });
 }

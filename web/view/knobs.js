@@ -16,6 +16,7 @@ import { Choice, Slider, Switch } from "./control.js";
 import { openFiles } from "./file_drop.js";
 import { html } from "./html.js";
 import { LightKnobs } from "./light.js";
+import { SurroundingsKnobs } from "./surroundings.js";
 import { Locks } from "./lineage/locks.js";
 import { Steering } from "./lineage/steer.js";
 import { ProblemBox } from "./problem.js";
@@ -189,7 +190,7 @@ export function Knobs() {
   return html`
     <aside class="pane left" aria-label="Knobs">
       <button type="button" class="close" aria-label="Close the knobs" onClick=${() => (pageStore.knobsOpen.value = false)}>×</button>
-      <${Breeding} /><${Locks} /><${ObjectChooser} /><${LightKnobs} /><${Film} />
+      <${Breeding} /><${Locks} /><${ObjectChooser} /><${LightKnobs} /><${SurroundingsKnobs} /><${Film} />
     </aside>
   `;
 }

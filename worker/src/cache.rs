@@ -5,7 +5,7 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use brood_eval::{GatheredLight, LitBackdrop, shade_prefiltered};
+use brood_eval::{GatheredLight, LitBackdrop, Surroundings, shade_prefiltered};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
@@ -13,11 +13,12 @@ use brood_protocol::RenderStats;
 pub(crate) use brood_scene::Raster;
 use brood_scene::{
     Film, LobeShape, LobeTable, MeshRef, PictureSize, PixelArea, PrefilteredLight, SampleSet,
-    Sampling, Scene, SphereLayout,
+    Sampling, Scene, SphereLayout, Stage,
 };
 use moka::sync::Cache;
 
 use crate::bounded_cache::BoundedCache;
+use crate::error::RenderError;
 use crate::render_counters::RenderCounters;
 
 /// Bytes per sample for inputs that are computed after a sample set was weighed: eight f32 cover
@@ -85,27 +86,71 @@ impl LoadedAssets {
 /// Scene, mesh and light assets with their common cache key.
 pub(crate) struct SceneView<'a> {
     scene: &'a Scene,
-    mesh: &'a Mesh,
+    stage: Stage<'a>,
     assets: &'a LightAssets,
     key: blake3::Hash,
 }
 
 impl<'a> SceneView<'a> {
-    /// The key ignores film, backdrop and the name of the mesh: sample sets do not depend on them.
+    /// Returns the view of the subject alone.
     pub(crate) fn new(scene: &'a Scene, mesh: &'a LoadedMesh, loaded: &'a LoadedAssets) -> Self {
-        let plain = Scene {
+        Self::keyed(scene, (mesh.mesh().into(), &mesh.hash), &[], loaded)
+    }
+
+    /// Returns the view of the subject among other objects and the ground, whose meshes are given.
+    pub(crate) fn among(
+        scene: &'a Scene,
+        mesh: &'a LoadedMesh,
+        others: &'a [Arc<LoadedMesh>],
+        loaded: &'a LoadedAssets,
+    ) -> Self {
+        let meshes: Vec<&Mesh> = others.iter().map(|other| other.mesh()).collect();
+        let stage = Stage::new(scene, mesh.mesh(), &meshes);
+        Self::keyed(scene, (stage, &mesh.hash), others, loaded)
+    }
+
+    /// The key ignores film, backdrop, materials and the names of meshes: sample sets do not depend
+    /// on them.
+    fn keyed(
+        scene: &'a Scene,
+        (stage, hash): (Stage<'a>, &[u8; 32]),
+        others: &[Arc<LoadedMesh>],
+        loaded: &'a LoadedAssets,
+    ) -> Self {
+        let mut plain = Scene {
             mesh: MeshRef::Builtin(BuiltinMesh::Sphere),
             film: Film::default(),
             backdrop: None,
             ..scene.clone()
         };
+        for object in &mut plain.objects {
+            (object.mesh, object.material) = (MeshRef::default(), None);
+        }
+        if let Some(ground) = &mut plain.ground {
+            ground.material = None;
+        }
         let json = serde_json::to_vec(&plain).expect("a scene is finite numbers and words");
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&mesh.hash);
+        hasher.update(hash);
         hasher.update(&json);
         hasher.update(loaded.hash.as_bytes());
-        let (mesh, assets) = (&mesh.mesh, &loaded.assets);
-        Self { scene, mesh, assets, key: hasher.finalize() }
+        for other in others {
+            hasher.update(&other.hash);
+        }
+        Self { scene, stage, assets: &loaded.assets, key: hasher.finalize() }
+    }
+
+    /// Number of parts: the subject, and the other objects if the view has them.
+    pub(crate) fn parts(&self) -> usize {
+        self.stage.count()
+    }
+
+    /// Returns the view of another part: 0 is the subject.
+    pub(crate) fn with_part(&self, part: usize) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.key.as_bytes()).update(b"part").update(&part.to_le_bytes());
+        let (scene, assets) = (self.scene, self.assets);
+        Self { scene, stage: self.stage.with_part(part), assets, key: hasher.finalize() }
     }
 
     pub(crate) fn scene(&self) -> &Scene {
@@ -121,25 +166,26 @@ impl<'a> SceneView<'a> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(self.key.as_bytes());
         hasher.update(&json);
-        SceneView { scene, mesh: self.mesh, assets: self.assets, key: hasher.finalize() }
+        let (stage, assets) = (self.stage.clone(), self.assets);
+        SceneView { scene, stage, assets, key: hasher.finalize() }
     }
 
     fn render(&self, raster: Raster) -> SampleSet {
-        SampleSet::render_with_assets(self.mesh, self.scene, self.assets, raster)
+        SampleSet::render_with_assets(self.stage.clone(), self.scene, self.assets, raster)
     }
 
     /// Samples a part of the picture with environments for `lobes`. Not cached: the sets are large.
     pub(crate) fn render_direct(&self, raster: Raster, lobes: LobeShape) -> SampleSet {
-        SampleSet::render_direct(self.mesh, self.scene, self.assets, raster, lobes)
+        SampleSet::render_direct(self.stage.clone(), self.scene, self.assets, raster, lobes)
     }
 
     /// Returns the backdrop of an area of the picture.
     pub(crate) fn backdrop(&self, size_px: PictureSize, area: PixelArea) -> LitBackdrop {
-        LitBackdrop::new((self.scene, self.mesh, self.assets), size_px, area)
+        LitBackdrop::new((self.scene, self.stage.mesh(), self.assets), size_px, area)
     }
 
     fn render_prefiltered(&self, raster: Raster) -> (SampleSet, PrefilteredLight) {
-        SampleSet::render_prefiltered(self.mesh, self.scene, self.assets, raster)
+        SampleSet::render_prefiltered(self.stage.clone(), self.scene, self.assets, raster)
     }
 
     /// Samples some pixels, columns and rows, of the whole picture. Not cached: the pixels depend
@@ -150,8 +196,8 @@ impl<'a> SceneView<'a> {
         pixels: &[(u32, u32)],
         lobes: Option<LobeShape>,
     ) -> SampleSet {
-        let (scene, mesh, assets) = (self.scene, self.mesh, self.assets);
-        SampleSet::render_pixels(mesh, scene, assets, (size_px, samples), pixels, lobes)
+        let (scene, stage, assets) = (self.scene, self.stage.clone(), self.assets);
+        SampleSet::render_pixels(stage, scene, assets, (size_px, samples), pixels, lobes)
     }
 
     fn set_key(&self, raster: Raster) -> blake3::Hash {
@@ -233,7 +279,7 @@ impl Caches {
     /// Returns the points of a raster with their lights, for painted materials.
     pub(crate) fn points(&self, view: &SceneView<'_>, raster: Raster) -> Arc<SampleSet> {
         self.timed_set(view.points_key(raster), || {
-            let set = SampleSet::render_points(view.mesh, view.scene, view.assets, raster);
+            let set = SampleSet::render_points(view.stage.clone(), view.scene, view.assets, raster);
             let bytes = bytes_of_set(&set);
             (set, bytes)
         })
@@ -256,10 +302,29 @@ impl Caches {
         layout: SphereLayout,
     ) -> Arc<LightOnPoints> {
         let make = || {
-            let (scene, mesh, assets) = (view.scene, view.mesh, view.assets);
+            let (scene, mesh, assets) = (view.scene, view.stage.mesh(), view.assets);
             LightOnPoints::new(PrefilteredLight::on_spheres(scene, mesh, assets, layout))
         };
         self.timed_set(view.spheres_key(layout), make)
+    }
+
+    /// Returns the pictures of a view's other objects, from the cache if possible. `identity` tells
+    /// all that they depend on besides the view and the raster.
+    pub(crate) fn surroundings(
+        &self,
+        (view, raster): (&SceneView<'_>, Raster),
+        identity: &blake3::Hash,
+        make: impl FnOnce() -> Result<Surroundings, RenderError>,
+    ) -> Result<Arc<Surroundings>, RenderError> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(view.set_key(raster).as_bytes()).update(identity.as_bytes());
+        let key = *hasher.finalize().as_bytes();
+        if let Some(known) = self.entries.get(key) {
+            return Ok(known);
+        }
+        let made = Arc::new(make()?);
+        self.entries.insert(key, made.clone(), made.bytes());
+        Ok(made)
     }
 
     /// Returns what `make` makes of a raster, from the cache if possible. `make` also returns its

@@ -36,7 +36,11 @@ impl EncodedPicture {
     ) -> Result<Self, RenderError> {
         let encoded = match format {
             PictureFormat::Png => Self::png(&backdrop.behind(picture.develop()?)),
-            PictureFormat::Exr => Self::exr(&picture.radiance()?)?,
+            PictureFormat::Exr => {
+                let mut radiance = picture.radiance()?;
+                backdrop.join(&mut radiance);
+                Self::exr(&radiance)?
+            }
             PictureFormat::Spheres | PictureFormat::Angles => return Err(no_picture()),
         };
         let samples = picture.samples();

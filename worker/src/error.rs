@@ -38,6 +38,14 @@ pub enum RenderError {
     /// The content hash of a mesh differs from the requested one.
     #[error("the mesh does not have the requested content hash")]
     MeshContent,
+    /// The frame lacks meshes or materials of its scene.
+    #[error("the scene has {expected} objects beside the subject, the frame {given}")]
+    Objects {
+        /// Number of objects of the scene, the ground included.
+        expected: usize,
+        /// Number of objects of the frame.
+        given: usize,
+    },
     /// The subject needs the file of a target.
     #[error("the job has a subject without its target")]
     NoTarget,

@@ -101,9 +101,10 @@ impl RenderContext {
                 (self.mesh(&work).await?, self.light_assets(&work).await?)
             }
         };
+        let objects = self.objects(&work).await?;
         let (reply, done) = oneshot::channel();
         let closed = || Interrupted::Release("the render thread has ended".to_owned());
-        let request = RenderRequest { work, targets, mesh, assets, reply };
+        let request = RenderRequest { work, targets, mesh, objects, assets, reply };
         self.requests.send(request).await.map_err(|_| closed())?;
         done.await.map_err(|_| closed())
     }
@@ -133,18 +134,31 @@ impl RenderContext {
                     Err(failed("the scene refers to an uploaded mesh, the job to a built-in one"))
                 }
             },
-            MeshSource::Uploaded(hash) => {
-                if let Some(mesh) = self.renderer.uploaded(&hash) {
-                    return Ok(mesh);
-                }
-                let mesh = self.client.mesh(&hash).await;
-                let mesh = mesh.map_err(|error| Interrupted::by("download the mesh", error))?;
-                let renderer = self.renderer.clone();
-                let keep = move || renderer.cache_uploaded(&hash, LoadedMesh::new(mesh));
-                tokio::task::spawn_blocking(keep).await.map_err(failed)?.map_err(failed)
-            }
+            MeshSource::Uploaded(hash) => self.uploaded(hash).await,
             MeshSource::Target => Err(failed("the mesh is in the file of a target")),
         }
+    }
+
+    /// Returns the uploaded meshes of a scene's other objects.
+    async fn objects(&self, work: &RenderJob) -> Result<Vec<Arc<LoadedMesh>>, Interrupted> {
+        let mut meshes = Vec::new();
+        for object in &work.frame.objects {
+            if let MeshSource::Uploaded(hash) = object.mesh {
+                meshes.push(self.uploaded(hash).await?);
+            }
+        }
+        Ok(meshes)
+    }
+
+    async fn uploaded(&self, hash: [u8; 32]) -> Result<Arc<LoadedMesh>, Interrupted> {
+        if let Some(mesh) = self.renderer.uploaded(&hash) {
+            return Ok(mesh);
+        }
+        let mesh = self.client.mesh(&hash).await;
+        let mesh = mesh.map_err(|error| Interrupted::by("download the mesh", error))?;
+        let renderer = self.renderer.clone();
+        let keep = move || renderer.cache_uploaded(&hash, LoadedMesh::new(mesh));
+        tokio::task::spawn_blocking(keep).await.map_err(failed)?.map_err(failed)
     }
 
     /// Returns the light assets of a job.

@@ -45,6 +45,7 @@ mod search;
 mod search_run;
 mod shot;
 mod subject;
+mod surroundings;
 mod target_cache;
 mod view_comparison;
 

@@ -27,6 +27,8 @@ pub(crate) struct RenderRequest {
     /// Target of each item, if its subject has one.
     pub(crate) targets: Vec<Option<Arc<LoadedTarget>>>,
     pub(crate) mesh: Arc<LoadedMesh>,
+    /// Uploaded meshes of the scene's other objects.
+    pub(crate) objects: Vec<Arc<LoadedMesh>>,
     pub(crate) assets: LightAssets,
     /// Channel for the outcome; closed if the lease was lost.
     pub(crate) reply: oneshot::Sender<RenderOutcome>,
@@ -48,8 +50,9 @@ pub(crate) fn start(
             if request.reply.is_closed() {
                 continue;
             }
-            let RenderRequest { work, targets, mesh, assets, reply } = request;
+            let RenderRequest { work, targets, mesh, objects, assets, reply } = request;
             renderer.set_light_assets(assets);
+            renderer.set_object_meshes(objects);
             let outcome = pool.install(|| execute(&renderer, &work, targets, &mesh));
             // A closed channel means that the lease was lost meanwhile.
             let _ = reply.send(outcome);

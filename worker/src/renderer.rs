@@ -40,6 +40,8 @@ pub struct Renderer {
     entries: BoundedCache,
     reflectances: Mutex<Vec<f32>>,
     assets: Mutex<Arc<LoadedAssets>>,
+    /// Uploaded meshes of objects beside the subject.
+    pub(crate) object_meshes: Mutex<Vec<Arc<LoadedMesh>>>,
 }
 
 impl Renderer {
@@ -61,6 +63,7 @@ impl Renderer {
             entries,
             reflectances: Mutex::default(),
             assets: Mutex::new(Arc::new(LoadedAssets::new(LightAssets::default()))),
+            object_meshes: Mutex::default(),
         }
     }
 
@@ -186,7 +189,7 @@ impl Renderer {
         })
     }
 
-    /// Returns the backdrop of the requested part of a picture.
+    /// Returns the backdrop of the requested part of a picture, and the other objects of its scene.
     fn backdrop(&self, frame: &Frame, mesh: &LoadedMesh) -> Result<LitBackdrop, RenderError> {
         let (scene, assets) = (frame.scene()?, self.loaded_assets());
         scene.validate()?;
@@ -195,7 +198,11 @@ impl Renderer {
         if !area.is_within(frame.size_px) {
             return Err(RenderError::Area { area, size_px: frame.size_px });
         }
-        Ok(SceneView::new(&scene, mesh, &assets).backdrop(frame.size_px, area))
+        let others = self.objects(frame, &scene)?;
+        let view = SceneView::among(&scene, mesh, &others, &assets);
+        let surroundings = self.surroundings(&Shot { view, frame, film: scene.film, area })?;
+        let backdrop = SceneView::new(&scene, mesh, &assets).backdrop(frame.size_px, area);
+        Ok(backdrop.with_surroundings(surroundings))
     }
 
     /// Computes the lit spheres of programs in the environments of a frame.
@@ -279,16 +286,26 @@ impl Renderer {
     ) -> Result<Vec<T>, RenderError> {
         let scene = frame.scene()?;
         scene.validate()?;
-        let (size_px, sampling) = (frame.size_px, frame.sampling);
-        let whole = PixelArea::whole(size_px);
-        let area = frame.area.unwrap_or(whole);
+        let size_px = frame.size_px;
+        let area = frame.area.unwrap_or(PixelArea::whole(size_px));
         if !area.is_within(size_px) {
             return Err(RenderError::Area { area, size_px });
         }
         let assets = self.loaded_assets();
-        let view = SceneView::new(&scene, mesh, &assets);
-        let shot = Shot { view, frame, film: scene.film, area };
-        let prefilters = sampling == Sampling::Adaptive && scene.is_prefilterable();
+        let others = self.objects(frame, &scene)?;
+        let view = SceneView::among(&scene, mesh, &others, &assets);
+        self.shaded(&Shot { view, frame, film: scene.film, area }, programs, finish)
+    }
+
+    /// As [`Renderer::images`], for the part of the scene that a shot shows.
+    pub(crate) fn shaded<T: Send>(
+        &self,
+        shot: &Shot<'_>,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let scene = shot.view.scene();
+        let prefilters = shot.frame.sampling == Sampling::Adaptive && scene.is_prefilterable();
         let method = |program: &Program| Method::of(program, prefilters);
         let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
         let tools = (&self.caches, &self.evaluators);
@@ -300,12 +317,12 @@ impl Renderer {
                 continue;
             }
             let images = match own_method {
-                Method::Samples => self.sampled_images(&shot, &own, &finish)?,
-                Method::Tables => self.prefiltered_images(&shot, &own, &finish)?,
+                Method::Samples => self.sampled_images(shot, &own, &finish)?,
+                Method::Tables => self.prefiltered_images(shot, &own, &finish)?,
                 Method::Direct(lobes) => {
-                    banded_images(&shot, lobes, &own, tools, &mut self.buffer(), &finish)?
+                    banded_images(shot, lobes, &own, tools, &mut self.buffer(), &finish)?
                 }
-                Method::Points => painted_images(&shot, &own, tools, &finish)?,
+                Method::Points => painted_images(shot, &own, tools, &finish)?,
             };
             for (place, image) in places.into_iter().zip(images) {
                 done[place] = Some(image);

@@ -59,6 +59,22 @@ def bsdf_of(bsdf):
     return {key: rgb(value) if isinstance(value, list) else value for key, value in bsdf.items()}
 
 
+def others_of(case):
+    """The other spheres of brood's scene, and its ground."""
+    scene, shapes = case["scene"], {}
+    transform = mitsuba.ScalarTransform4f()
+    bsdfs = [bsdf_of(bsdf) for bsdf in case["others"]]
+    for index, sphere in enumerate(scene.get("objects", [])):
+        place = transform.translate(sphere["position"]) @ transform.scale(sphere["scale"])
+        shapes[f"other{index}"] = {"type": "sphere", "to_world": place, "bsdf": bsdfs[index]}
+    if "ground" in scene:
+        place = transform.translate([0, scene["ground"]["height"], 0]) @ transform.rotate([1, 0, 0], -90)
+        shapes["ground"] = {
+            "type": "rectangle", "to_world": place @ transform.scale([1000.0] * 3), "bsdf": bsdfs[-1],
+        }
+    return shapes
+
+
 def scene_of(case):
     scene = case["scene"]
     (light,) = scene["lights"]
@@ -79,7 +95,7 @@ def scene_of(case):
         add_tangents(shape)
     return mitsuba.load_dict({
         "type": "scene", "integrator": integrator, "sensor": sensor, "light": light_of(light), "shape": shape,
-    })
+    } | others_of(case))
 
 
 def add_tangents(mesh):

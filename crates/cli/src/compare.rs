@@ -64,7 +64,7 @@ pub struct ReferenceDifference {
 pub fn run(args: &CompareArgs, json: bool) -> Result<()> {
     logging::start_offline();
     let renderer = Renderer::new(args.frame.backend);
-    let (frame, mesh) = args.frame.load(&renderer, PictureFormat::Png)?;
+    let (frame, mesh) = args.frame.load_alone(&renderer, PictureFormat::Png)?;
     let mut scene = frame.scene()?;
     let assets = renderer.light_assets();
     let subjects: Vec<NamedMaterial> =

@@ -107,7 +107,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let (target, kind) = match &images {
         Some(images) => (images.target(), "picture"),
         None => {
-            args.frame.load(&renderer, PictureFormat::Png)?;
+            args.frame.load_alone(&renderer, PictureFormat::Png)?;
             material_file::read_target(&args.target)?
         }
     };
@@ -209,7 +209,7 @@ fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outc
 
 /// Writes pictures of the target and of the best genome, at the exposure of the target.
 fn pictures(args: &FitArgs, renderer: &Renderer, best: &Genome) -> Result<()> {
-    let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
+    let (frame, mesh) = args.frame.load_alone(renderer, PictureFormat::Png)?;
     let mut scene = frame.scene()?;
     let assets = renderer.light_assets();
     let subjects = [NamedMaterial::read(&args.target)?, NamedMaterial::of("best", best.clone())];

@@ -13,7 +13,7 @@ use brood_scene::{Exposure, MeshRef, PictureSize, Sampling, Scene, Tone};
 use brood_worker::{LoadedMesh, Renderer};
 use clap::Args;
 
-use crate::light_file;
+use crate::{light_file, object_file};
 
 /// Largest side of a picture in pixels.
 const SIDE_MAX_PX: u32 = 4096;
@@ -37,7 +37,8 @@ pub struct FrameArgs {
     /// Mesh: an OBJ file, or ball, sphere, torus, cube or knob
     #[arg(long, value_name = "OBJ")]
     pub mesh: Option<String>,
-    /// Scene as JSON; its IES profiles and environment pictures are read from its folder
+    /// Scene as JSON; its IES profiles and environment pictures, and the OBJ files and genomes of
+    /// its objects, are read from its folder
     #[arg(long, value_name = "JSON")]
     pub scene: Option<PathBuf>,
     /// Replace the lights by one point light at this position, as bright as the default light
@@ -138,7 +139,26 @@ impl FrameArgs {
             }
         };
         let how = (format, self.backend);
-        Ok((Frame::new(&scene, source, self.size, self.samples, how), mesh))
+        let objects = object_file::read(&scene, folder, renderer)?;
+        let frame = Frame::new(&scene, source, self.size, self.samples, how);
+        Ok((frame.with_objects(objects), mesh))
+    }
+
+    /// As [`FrameArgs::load`], for commands that see only the object with the material.
+    ///
+    /// # Errors
+    /// Also if the scene has other objects or a ground.
+    pub fn load_alone(
+        &self,
+        renderer: &Renderer,
+        format: PictureFormat,
+    ) -> Result<(Frame, Arc<LoadedMesh>)> {
+        let (frame, mesh) = self.load(renderer, format)?;
+        ensure!(
+            frame.objects.is_empty(),
+            "this command needs a scene without other objects and without ground"
+        );
+        Ok((frame, mesh))
     }
 
     /// Returns an error if the picture could need more memory than machines have.

@@ -20,6 +20,7 @@ mod light_file;
 mod lock;
 mod mesh;
 mod model;
+mod object_file;
 mod place;
 mod preset;
 mod render;

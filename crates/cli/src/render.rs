@@ -122,7 +122,7 @@ fn run_brdf(
         );
     }
     let renderer = Renderer::new(Backend::Cpu);
-    let (requested, mesh) = frame.load(&renderer, format)?;
+    let (requested, mesh) = frame.load_alone(&renderer, format)?;
     let scene = requested.scene()?;
     let start = Instant::now();
     let shot = Shot {

@@ -7,6 +7,7 @@ mod paint;
 mod refinement;
 mod rough;
 mod srgb;
+mod surroundings;
 mod tone;
 
 use std::ops::Range;
@@ -20,6 +21,7 @@ pub use paint::{develop_colors, linear_colors};
 pub use refinement::{Refinement, refine_lone_rays, refine_radiance};
 pub use rough::{FineSamples, RoughTile, rough_pixels, rough_tile_count, rough_tiles};
 pub use srgb::{decode_srgb, encode_srgb};
+pub use surroundings::Surroundings;
 
 use self::tone::{Curve, WithCurve, with_curve};
 use crate::radiance::{RadianceImage, ReflectedLight};

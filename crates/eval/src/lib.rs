@@ -51,9 +51,9 @@ pub use energy::{
 };
 pub use evaluator::{EvalError, EvalResult, Evaluator, Lowered};
 pub use film::{
-    Developed, FineSamples, Gain, LitBackdrop, Refinement, RoughTile, decode_srgb, develop,
-    develop_colors, develop_exposed, develop_samples, encode_srgb, linear_colors, refine_lone_rays,
-    refine_radiance, rough_pixels, rough_tile_count, rough_tiles,
+    Developed, FineSamples, Gain, LitBackdrop, Refinement, RoughTile, Surroundings, decode_srgb,
+    develop, develop_colors, develop_exposed, develop_samples, encode_srgb, linear_colors,
+    refine_lone_rays, refine_radiance, rough_pixels, rough_tile_count, rough_tiles,
 };
 pub use fitness::{
     CanonicalPopulation, Fitness, FitnessEvaluator, FitnessPopulation, FitnessTarget, Loss, Ranked,

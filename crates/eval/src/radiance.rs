@@ -85,6 +85,24 @@ impl RadianceImage {
         self.centres = covered.map(|(sum, c)| largest(*sum) / c).collect();
     }
 
+    /// Adds another object of the same scene, which covers another part of each pixel. Automatic
+    /// exposure still measures this one. Where rounding makes them cover more than a pixel, the mean
+    /// is kept.
+    ///
+    /// # Panics
+    /// If the other picture has another size.
+    pub fn put_beside(&mut self, other: &Self) {
+        assert_eq!(self.coverage.len(), other.coverage.len(), "pictures of one size");
+        let both = self.coverage.iter().zip(&*other.coverage).map(|(own, other)| own + other);
+        let both: Vec<f32> = both.collect();
+        let pixels = self.premultiplied.iter_mut().zip(&other.premultiplied);
+        for ((sum, more), all) in pixels.zip(&both) {
+            let share = 1.0 / all.max(1.0);
+            *sum = [0, 1, 2].map(|c| (sum[c] + more[c]) * share);
+        }
+        self.coverage = both.into_iter().map(|all| all.min(1.0)).collect();
+    }
+
     /// Returns a part of the picture; `area` counts from the upper left corner of this picture.
     /// Automatic exposure still measures the whole picture.
     ///

@@ -125,6 +125,17 @@ presets! {
         "Bands of bright and dark steel with a glint."
 }
 
+/// Returns the material of objects that have none: neutral grey that scatters half of the light
+/// evenly.
+#[must_use]
+pub fn neutral() -> &'static Genome {
+    static NEUTRAL: LazyLock<Genome> = LazyLock::new(|| {
+        let text = "brood 1\n.model lambert\nalbedo 0.5 0.5 0.5\n";
+        text.parse().expect("it is a genome")
+    });
+    &NEUTRAL
+}
+
 impl Preset {
     /// Returns the preset of that name.
     #[must_use]

@@ -81,6 +81,12 @@ macro_rules! kinds {
                 match self { $(Self::$variant(light) => light.samples(),)* }
             }
 
+            /// False if its light passes through objects.
+            #[must_use]
+            pub fn casts_shadows(&self) -> bool {
+                match self { $(Self::$variant(light) => light.casts_shadows(),)* }
+            }
+
             /// Returns the asset that the light refers to, if its kind uses one.
             #[must_use]
             pub fn asset(&self) -> Option<AssetRef<'_>> {
@@ -156,9 +162,9 @@ macro_rules! kinds {
                 match self { $(Self::$variant(source) => source.mean_direction(),)* }
             }
 
-            /// Returns the approximate maximum of the irradiance at the centre of the mesh.
-            pub fn reference_irradiance(&self) -> Option<[f64; 3]> {
-                match self { $(Self::$variant(source) => source.reference_irradiance(),)* }
+            /// Returns the approximate maximum of the irradiance at the subject's centre.
+            pub fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]> {
+                match self { $(Self::$variant(source) => source.reference_irradiance(pivot),)* }
             }
         }
     };

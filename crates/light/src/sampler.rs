@@ -29,13 +29,17 @@ pub struct LightSampler {
     pub first_slot: usize,
     /// Largest number of samples per position.
     pub samples: u32,
+    /// False if its light passes through objects.
+    pub casts_shadows: bool,
     /// Index of the light in the scene.
     index: usize,
+    /// Centre of the subject in the unit frame.
+    pivot: DVec3,
 }
 
 impl LightSampler {
     /// Makes the samplers of all lights of a scene, turned by `light_deg` about the vertical axis
-    /// through the centre of the mesh. A light whose asset is missing emits nothing.
+    /// through the subject's centre. A light whose asset is missing emits nothing.
     ///
     /// # Units
     /// Degrees, from +z towards +x.
@@ -50,7 +54,9 @@ impl LightSampler {
         let mut first_slot = 0;
         let sampler = |(index, light): (usize, &Light)| {
             let source = light.source(&placement, assets);
-            let sampler = Self { source, first_slot, samples: light.samples(), index };
+            let (samples, casts_shadows) = (light.samples(), light.casts_shadows());
+            let pivot = frame.pivot();
+            let sampler = Self { source, first_slot, samples, casts_shadows, index, pivot };
             first_slot += sampler.samples as usize;
             sampler
         };
@@ -104,10 +110,11 @@ impl LightSampler {
         if irradiance.is_finite() { irradiance } else { 0.0 }
     }
 
-    /// Returns the approximate maximum of the irradiance at the centre of the mesh, in the
-    /// brightest channel. Differences of shading are relative to it.
+    /// Returns the approximate maximum of the irradiance at the subject's centre, in the brightest
+    /// channel. Differences of shading are relative to it.
     #[must_use]
     pub fn reference_irradiance(&self) -> f64 {
-        self.source.as_ref().and_then(LightSource::reference_irradiance).map_or(0.0, brightest)
+        let source = self.source.as_ref();
+        source.and_then(|source| source.reference_irradiance(self.pivot)).map_or(0.0, brightest)
     }
 }

@@ -4,6 +4,7 @@ use glam::{DMat3, DVec3};
 
 use crate::Mesh;
 use crate::angle::rotation_xyz_deg;
+use crate::trace::Ray;
 
 /// Transform from the world to the unit frame.
 ///
@@ -12,11 +13,17 @@ use crate::angle::rotation_xyz_deg;
 /// moved.
 #[derive(Debug, Clone, Copy)]
 pub struct UnitFrame {
-    centre: DVec3,
+    /// Centre and radius of the subject's mesh, about which cameras and lights are placed.
+    pivot: DVec3,
     radius: f64,
+    /// Centre of the object relative to the pivot, in radii of the subject's mesh.
+    centre: DVec3,
+    /// Radius of the object in radii of the subject's mesh.
     scale: f64,
     /// World to object: the inverse of the object's rotation.
     unturn: DMat3,
+    /// Distance from the pivot that encloses the scene, in radii of the subject's mesh.
+    reach: f64,
 }
 
 impl UnitFrame {
@@ -27,29 +34,90 @@ impl UnitFrame {
     #[must_use]
     pub fn new(mesh: &Mesh, scale: f64, rotation_deg: [f64; 3]) -> Self {
         Self {
-            centre: mesh.centre(),
+            pivot: mesh.centre(),
             radius: mesh.radius(),
+            centre: DVec3::ZERO,
             scale,
             unturn: rotation_xyz_deg(rotation_deg).transpose(),
+            reach: scale,
         }
     }
 
-    /// Returns the scale of the object.
+    /// Returns the frame of another object of the scene, which is scaled and rotated about the
+    /// centre of its mesh and then moved. `self` is the frame of the subject.
+    ///
+    /// # Units
+    /// World units; degrees about x, then y, then z.
+    #[must_use]
+    pub fn of_object(
+        &self,
+        mesh: &Mesh,
+        position: DVec3,
+        scale: f64,
+        rotation_deg: [f64; 3],
+    ) -> Self {
+        Self {
+            centre: (mesh.centre() + position - self.pivot) / self.radius,
+            scale: scale * mesh.radius() / self.radius,
+            unturn: rotation_xyz_deg(rotation_deg).transpose(),
+            ..*self
+        }
+    }
+
+    /// Returns the frame with a distance from the subject's centre that encloses the scene, in
+    /// radii of the subject's mesh. A frame made for one object encloses that.
+    #[must_use]
+    pub fn with_reach(self, reach: f64) -> Self {
+        Self { reach, ..self }
+    }
+
+    /// Returns the distance from the subject's centre that encloses the object, in radii of the
+    /// subject's mesh.
+    #[must_use]
+    pub fn extent(&self) -> f64 {
+        self.centre.length() + self.scale
+    }
+
+    /// Returns the distance from the subject's centre that encloses the scene, in radii of the
+    /// subject's mesh.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Returns the radius of the object in radii of the subject's mesh: of the subject, its scale.
     #[must_use]
     pub fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Returns a world position relative to the mesh's centre, in radii of the mesh at scale 1.
+    /// Returns the transform of this frame to the frame of another object of the scene.
+    #[must_use]
+    pub fn to(&self, other: &Self) -> FrameChange {
+        FrameChange {
+            turn: other.unturn * self.unturn.transpose(),
+            ratio: self.scale / other.scale,
+            origin: other.position(self.centre),
+        }
+    }
+
+    /// Returns the subject's centre in the unit frame.
+    #[must_use]
+    pub fn pivot(&self) -> DVec3 {
+        self.position(DVec3::ZERO)
+    }
+
+    /// Returns a world position relative to the subject's centre, in radii of the subject's mesh at
+    /// scale 1.
     #[must_use]
     pub fn relative(&self, world: [f64; 3]) -> DVec3 {
-        (DVec3::from(world) - self.centre) / self.radius
+        (DVec3::from(world) - self.pivot) / self.radius
     }
 
     /// Transforms a position from [`UnitFrame::relative`] to the unit frame.
     #[must_use]
     pub fn position(&self, relative: DVec3) -> DVec3 {
-        self.direction(relative) / self.scale
+        self.direction(relative - self.centre) / self.scale
     }
 
     /// Transforms a world direction to the unit frame.
@@ -58,10 +126,35 @@ impl UnitFrame {
         self.unturn * world
     }
 
-    /// Converts a world length to radii of the mesh at scale 1.
+    /// Converts a world length to radii of the subject's mesh at scale 1.
     #[must_use]
     pub fn length(&self, world: f64) -> f64 {
         world / self.radius
+    }
+}
+
+/// Transform from the unit frame of one object of a scene to that of another.
+#[derive(Debug, Clone, Copy)]
+pub struct FrameChange {
+    turn: DMat3,
+    ratio: f64,
+    origin: DVec3,
+}
+
+impl FrameChange {
+    /// Transforms a ray.
+    #[must_use]
+    pub fn ray(&self, ray: Ray) -> Ray {
+        Ray {
+            origin: self.origin + self.turn * ray.origin * self.ratio,
+            direction: (self.turn * ray.direction).normalize(),
+        }
+    }
+
+    /// Transforms a length.
+    #[must_use]
+    pub fn length(&self, length: f64) -> f64 {
+        length * self.ratio
     }
 }
 

@@ -22,6 +22,6 @@ mod mesh;
 mod obj;
 pub mod trace;
 
-pub use frame::{LocalFrame, UnitFrame};
-pub use mesh::{BuiltinMesh, Mesh, MeshError, MeshParts, fixed_tangent};
+pub use frame::{FrameChange, LocalFrame, UnitFrame};
+pub use mesh::{BuiltinMesh, GROUND_RADII, Mesh, MeshError, MeshParts, fixed_tangent};
 pub use obj::{ObjError, ObjErrorKind, ObjFile, ObjLimits, ObjWarning, parse_obj};

@@ -20,7 +20,7 @@ use glam::DVec3;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 pub(crate) use assemble::{RawMesh, Repairs, assemble};
-pub use builtin::BuiltinMesh;
+pub use builtin::{BuiltinMesh, GROUND_RADII};
 pub use parts::MeshParts;
 pub use tangent::fixed_tangent;
 

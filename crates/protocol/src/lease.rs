@@ -14,13 +14,13 @@ use crate::{
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version.
-const MAGIC: &[u8; 8] = b"brood/7\n";
+const MAGIC: &[u8; 8] = b"brood/8\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/7")]
+    #[error("the message must begin with the protocol version brood/8")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
@@ -121,6 +121,15 @@ pub enum MeshSource {
     Target,
 }
 
+/// Mesh and material of an object beside the subject, or of the ground.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct ObjectSource {
+    /// Source of the mesh; built-in for the ground.
+    pub mesh: MeshSource,
+    /// Packed words of the material's program.
+    pub words: Vec<u32>,
+}
+
 /// Everything that a picture depends on besides the subject.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Frame {
@@ -129,6 +138,8 @@ pub struct Frame {
     scene_json: String,
     /// Source of the mesh.
     pub mesh: MeshSource,
+    /// The scene's other objects in their order, then its ground.
+    pub objects: Vec<ObjectSource>,
     /// Size of the whole picture.
     pub size_px: PictureSize,
     /// Samples per pixel.
@@ -153,7 +164,14 @@ impl Frame {
     ) -> Self {
         let scene_json = serde_json::to_string(scene).expect("a scene is finite numbers and words");
         let (size_px, sampling) = (size_px.into(), sampling.into());
-        Self { scene_json, mesh, size_px, sampling, area: None, format, backend }
+        let objects = Vec::new();
+        Self { scene_json, mesh, objects, size_px, sampling, area: None, format, backend }
+    }
+
+    /// Returns the frame with the scene's other objects, then its ground.
+    #[must_use]
+    pub fn with_objects(self, objects: Vec<ObjectSource>) -> Self {
+        Self { objects, ..self }
     }
 
     /// Returns the frame with another area.
@@ -171,9 +189,9 @@ impl Frame {
     pub fn exposed(self, ev: f64) -> Result<Self, WireError> {
         let mut scene = self.scene()?;
         scene.film.exposure = Exposure::Ev(ev);
-        let Self { mesh, size_px, sampling, area, format, backend, .. } = self;
+        let Self { mesh, objects, size_px, sampling, area, format, backend, .. } = self;
         let frame = Self::new(&scene, mesh, size_px, sampling, (format, backend));
-        Ok(frame.with_area(area))
+        Ok(frame.with_objects(objects).with_area(area))
     }
 
     /// Returns the least number of camera rays that the picture takes.
@@ -211,7 +229,11 @@ impl Frame {
         }
         let shape = (self.size_px, self.sampling, self.area);
         let parts = (scene, self.mesh, shape, self.format, class);
-        blake3::hash(&postcard::to_stdvec(&parts).expect("plain data serialises"))
+        let mut bytes = postcard::to_stdvec(&parts).expect("plain data serialises");
+        if !self.objects.is_empty() {
+            bytes = postcard::to_extend(&self.objects, bytes).expect("plain data serialises");
+        }
+        blake3::hash(&bytes)
     }
 }
 

@@ -57,8 +57,8 @@ pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
 pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource,
-    PackedProgram, RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError, WorkerReport,
-    decode, decode_stored, encode,
+    ObjectSource, PackedProgram, RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError,
+    WorkerReport, decode, decode_stored, encode,
 };
 pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};

@@ -8,6 +8,7 @@ mod camera;
 mod film;
 mod mesh_ref;
 mod normals;
+mod object;
 mod tangents;
 #[cfg(test)]
 mod tests;
@@ -23,6 +24,7 @@ pub use camera::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera};
 pub use film::{EV_MAX, Exposure, Film, Tone};
 pub use mesh_ref::MeshRef;
 pub use normals::Normals;
+pub use object::{Ground, OBJECTS_MAX, SceneObject};
 pub use tangents::{SpherePole, Tangents};
 pub use validate::{LIGHT_SAMPLES_MAX, LIGHTS_MAX};
 
@@ -62,6 +64,13 @@ pub struct Scene {
     /// Backdrop behind the object; none by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub backdrop: Option<Backdrop>,
+    /// Other objects, at most 8. They hide each other and, if the scene has shadows, shade each
+    /// other.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<SceneObject>,
+    /// Ground below the object; none by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ground: Option<Ground>,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -83,6 +92,8 @@ impl Default for Scene {
             tangents: Tangents::default(),
             sphere_pole: SpherePole::default(),
             backdrop: None,
+            objects: Vec::new(),
+            ground: None,
         }
     }
 }
@@ -110,11 +121,28 @@ impl Scene {
         }
     }
 
-    /// True if prefiltered light can replace the samples of an environment: there is one, and
-    /// nothing casts shadows.
+    /// True if prefiltered light can replace the samples of environments: there is one, and none
+    /// casts shadows.
     #[must_use]
     pub fn is_prefilterable(&self) -> bool {
-        !self.shadows && self.has_environment()
+        let casts = |light: &Light| matches!(light, Light::Environment(own) if own.shadows);
+        self.has_environment() && !(self.shadows && self.lights.iter().any(casts))
+    }
+
+    /// True if there are other objects or a ground.
+    #[must_use]
+    pub fn has_surroundings(&self) -> bool {
+        !self.objects.is_empty() || self.ground.is_some()
+    }
+
+    /// Returns the materials of the other objects, then that of the ground; `None` stands for
+    /// neutral grey. With each comes its JSON pointer.
+    pub fn materials(&self) -> impl Iterator<Item = (Option<&str>, String)> {
+        let objects = self.objects.iter().enumerate();
+        let objects =
+            objects.map(|(k, own)| (own.material.as_deref(), format!("/objects/{k}/material")));
+        let ground = self.ground.iter();
+        objects.chain(ground.map(|own| (own.material.as_deref(), "/ground/material".to_owned())))
     }
 
     /// True if a light is an environment.
@@ -159,8 +187,8 @@ impl Scene {
     }
 
     /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same object, camera, and
-    /// positions of lights, and defaults for everything else; `None` if there is none for a scene
-    /// without shadows or with other lights than point lights.
+    /// positions of lights, and defaults for everything else; `None` if there is none: without
+    /// shadows, with other lights than point lights, or with other objects.
     #[must_use]
     pub fn for_angles(&self) -> Option<Self> {
         let position = |light: &Light| match light {
@@ -172,7 +200,8 @@ impl Scene {
         let lights: Option<Vec<Light>> = self.lights.iter().map(position).collect();
         let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
         let scene = Self { lights: lights?, light_deg: 0.0, film, backdrop: None, ..self.clone() };
-        (self.shadows && !self.lights.is_empty()).then_some(scene)
+        let has_angles = self.shadows && !self.lights.is_empty() && !self.has_surroundings();
+        has_angles.then_some(scene)
     }
 
     /// Returns the largest number of samples of all lights at one shading point: the cost of a

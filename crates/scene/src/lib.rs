@@ -21,12 +21,14 @@ mod clip_from;
 mod description;
 mod prefiltered;
 mod sample_set;
+mod stage;
 
 pub use backdrop::backdrop_radiance;
 pub use clip_from::{ClipFrom, ClipFromError};
 pub use description::{
-    Backdrop, Camera, EV_MAX, Exposure, Film, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera, MeshRef,
-    Normals, OrbitCamera, OrthographicCamera, Scene, SpherePole, Tangents, Tone,
+    Backdrop, Camera, EV_MAX, Exposure, Film, Ground, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera,
+    MeshRef, Normals, OBJECTS_MAX, OrbitCamera, OrthographicCamera, Scene, SceneObject, SpherePole,
+    Tangents, Tone,
 };
 pub use prefiltered::{
     LitPoint, LobeNodes, LobeShape, LobeTable, NODES, NODES_TOGETHER, PixelBetween,
@@ -36,3 +38,4 @@ pub use sample_set::{
     ImageLayout, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun,
     PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Toggles,
 };
+pub use stage::Stage;

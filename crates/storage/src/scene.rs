@@ -1,21 +1,34 @@
 //! Scenes, identified by content. Owner of the table `scene`. Independent of the content of the
 //! JSON text.
 
+use brood_genome::GenomeHash;
 use brood_protocol::SceneId;
 
-use crate::Store;
-use crate::error::Result;
+use crate::error::{Result, changed};
 use crate::row::{Columns, Key};
 use crate::writer::operation;
+use crate::{StorageError, Store};
 
 impl Store {
-    /// Stores a scene. Returns its id; equal JSON (by its hash) keeps its first id.
+    /// Stores a scene. Returns its id; equal JSON (by its hash) keeps its first id. The genomes that
+    /// it names as materials are kept from now on, even when all individuals with them are removed.
     ///
     /// # Errors
-    /// Returns a `StorageError` if the write fails.
-    pub async fn put_scene(&self, json: &str, hash: [u8; 32], created_ms: i64) -> Result<SceneId> {
-        let json = json.to_owned();
+    /// Returns `StorageError::NotFound` if one of the genomes does not exist.
+    pub async fn put_scene(
+        &self,
+        json: &str,
+        hash: [u8; 32],
+        materials: &[GenomeHash],
+        created_ms: i64,
+    ) -> Result<SceneId> {
+        let (json, materials) = (json.to_owned(), materials.to_vec());
         self.write(operation!(|conn| {
+            for material in &materials {
+                let keep = sqlx::query("UPDATE genome SET kept = 1 WHERE hash = ?");
+                let done = keep.bind(material.key()).execute(&mut *conn).await?;
+                changed(&done, StorageError::NotFound)?;
+            }
             sqlx::query(
                 "INSERT INTO scene (id, content_hash, created_ms, json) VALUES (?, ?, ?, ?)
                  ON CONFLICT (content_hash) DO NOTHING",

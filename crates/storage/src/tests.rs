@@ -56,7 +56,7 @@ fn key(name: &str) -> PictureKey {
 }
 
 async fn scene(store: &Store) -> SceneId {
-    store.put_scene("{}", hash("{}"), 1).await.unwrap()
+    store.put_scene("{}", hash("{}"), &[], 1).await.unwrap()
 }
 
 fn new_lineage(name: &str, scene: SceneId, created_ms: i64) -> Lineage {

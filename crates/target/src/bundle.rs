@@ -89,6 +89,9 @@ pub enum BundleError {
         "the scene of picture {0} has \"sphere_pole\": \"z\", but the picture has its own mesh"
     )]
     NotSphere(usize),
+    /// The scene of a view has other objects or a ground; contains the index of the view.
+    #[error("the scene of picture {0} has other objects or a ground; a target shows one object")]
+    Surroundings(usize),
     /// A light's profile is invalid.
     #[error("the profile of a light cannot be read: {0}")]
     Profile(String),
@@ -268,6 +271,10 @@ impl PictureBundle {
         let is_other = |view: &BundledView| {
             view.scene.builtin() == Some(BuiltinMesh::SphereZ) && view.mesh.is_some()
         };
+        let is_among = |view: &BundledView| view.scene.has_surroundings();
+        if let Some(index) = self.views.iter().position(is_among) {
+            return Err(BundleError::Surroundings(index));
+        }
         match self.views.iter().position(is_other) {
             Some(index) => Err(BundleError::NotSphere(index)),
             None => Ok(()),

@@ -65,7 +65,15 @@ pub async fn export(
         });
         one.individuals.iter().map(|child| child.hash).chain(parents)
     });
-    let hashes: BTreeSet<GenomeHash> = hashes.collect();
+    let hashes: BTreeSet<GenomeHash> =
+        hashes.chain(super::scene::materials(&known.scene)).collect();
+    let mut object_meshes = BTreeMap::new();
+    for (object, source) in known.scene.objects.iter().zip(&known.objects) {
+        if let MeshSource::Uploaded(hash) = source.mesh {
+            let data = app.store.mesh_data(hash).await?;
+            object_meshes.insert(object.mesh.to_string(), BASE64_STANDARD.encode(data));
+        }
+    }
     let file = LineageFile {
         brood_lineage: form::VERSION,
         name: lineage.name,
@@ -79,6 +87,7 @@ pub async fn export(
         energy_limit: lineage.energy_limit,
         scene: known.scene.clone(),
         mesh,
+        object_meshes,
         light_assets,
         genomes: texts(&app, &hashes).await?,
         generations: stored.into_iter().map(|one| present(one, &own, &foreign)).collect(),
@@ -107,16 +116,24 @@ pub async fn import(
             import::check(file)
         };
         let checked = app.processors.run(check).await??;
-        let import::Checked { file, genomes, mesh, light_assets } = checked;
-        let scene = match mesh {
-            Some((mesh, data)) => {
-                let id = app.store.put_mesh(mesh, data).await?;
-                let mesh = brood_scene::MeshRef::Uploaded(id.to_string());
-                brood_scene::Scene { mesh, ..file.scene.clone() }
+        let import::Checked { file, genomes, mesh, object_meshes, light_assets } = checked;
+        let mut scene = file.scene.clone();
+        if let Some((mesh, data)) = mesh {
+            let id = app.store.put_mesh(mesh, data).await?;
+            scene.mesh = brood_scene::MeshRef::Uploaded(id.to_string());
+        }
+        for (name, (mesh, data)) in object_meshes {
+            let id = app.store.put_mesh(mesh, data).await?;
+            for object in scene.objects.iter_mut().filter(|own| own.mesh.to_string() == name) {
+                object.mesh = brood_scene::MeshRef::Uploaded(id.to_string());
             }
-            None => file.scene.clone(),
-        };
-        app.library.mesh(&scene).await.map_err(|error| error.at("/scene/mesh"))?;
+        }
+        for hash in super::scene::materials(&scene) {
+            if let Some(genome) = genomes.get(&hash) {
+                app.store.put_genome(genome.clone()).await?;
+            }
+        }
+        app.library.meshes(&scene).await.map_err(|error| error.inside("/scene"))?;
         for (kind, bytes) in light_assets {
             app.store.put_light_asset(*blake3::hash(&bytes).as_bytes(), kind, bytes).await?;
         }

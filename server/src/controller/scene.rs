@@ -3,6 +3,8 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
+use brood_genome::GenomeHash;
+use brood_genome::preset::Preset;
 use brood_protocol::{SceneAnswer, SceneId};
 use brood_scene::Scene;
 use http::StatusCode;
@@ -28,7 +30,7 @@ pub async fn create(
     create_once(&app, key, COLLECTION, body.bytes, async |attempt| {
         let scene = body.value;
         scene.validate()?;
-        app.library.mesh(&scene).await?;
+        app.library.meshes(&scene).await?;
         lighting::check(&app.store, &scene).await?;
         let id = store(&app, &scene).await?;
         let answer = SceneAnswer { id, scene };
@@ -63,5 +65,12 @@ pub async fn get(
 pub async fn store(app: &App, scene: &Scene) -> Result<SceneId, ApiError> {
     let json = serde_json::to_string(scene).expect("a scene is finite numbers and words");
     let hash = *blake3::hash(json.as_bytes()).as_bytes();
-    Ok(app.store.put_scene(&json, hash, now_ms()).await?)
+    Ok(app.store.put_scene(&json, hash, &materials(scene), now_ms()).await?)
+}
+
+/// Returns the hashes of the genomes that a scene names as materials.
+pub fn materials(scene: &Scene) -> Vec<GenomeHash> {
+    let presets = |name: &&str| Preset::find(name).is_none();
+    let names = scene.materials().filter_map(|(name, _)| name).filter(presets);
+    names.filter_map(|name| name.parse().ok()).collect()
 }

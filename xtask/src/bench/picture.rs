@@ -98,6 +98,9 @@ impl Folder {
     /// Renders a case with brood; returns the job description for the peer.
     fn render(&self, environment: &Environment, case: &Case) -> Result<Value> {
         let name = case.file_name();
+        let second = self.0.join(case::SECOND);
+        std::fs::write(&second, format!("brood 1\n.model {}\n", case::second().model))
+            .context("write the material of the second object")?;
         let scene = self.0.join(format!("{name}.json"));
         std::fs::write(&scene, case.scene.to_string()).context("write the scene")?;
         let mut command = environment.brood();
@@ -125,6 +128,7 @@ impl Folder {
             "name": name,
             "scene": case.scene,
             "mesh": mesh,
+            "others": case.others,
             "bsdf": case.bsdf,
             "size_px": case.size_px,
             "samples": case.peer_samples,

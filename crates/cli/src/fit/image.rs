@@ -133,7 +133,7 @@ fn is_picture(args: &FitArgs) -> bool {
 
 /// The single picture of the command line.
 fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
-    let (frame, mesh) = args.frame.load(renderer, PictureFormat::Png)?;
+    let (frame, mesh) = args.frame.load_alone(renderer, PictureFormat::Png)?;
     Ok(Source {
         picture: args.target.clone(),
         mask: args.mask.clone(),

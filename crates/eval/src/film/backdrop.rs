@@ -1,14 +1,23 @@
 //! Backdrop behind developed pictures.
 
+use std::sync::Arc;
+
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
 use brood_scene::{Backdrop, Film, PictureSize, PixelArea, Scene, backdrop_radiance};
 
 use super::developed::Developed;
+use super::surroundings::Surroundings;
+use crate::radiance::RadianceImage;
 
-/// Backdrop of a part of a picture, for pictures of any material.
+/// What surrounds the object in a part of a picture, for pictures of any material: other objects,
+/// and the backdrop behind all.
 #[derive(Debug)]
-pub struct LitBackdrop(Content);
+pub struct LitBackdrop {
+    surroundings: Option<Arc<Surroundings>>,
+    film: Film,
+    content: Content,
+}
 
 #[derive(Debug)]
 enum Content {
@@ -19,7 +28,6 @@ enum Content {
     Radiance {
         size: PictureSize,
         radiance: Vec<[f32; 3]>,
-        film: Film,
     },
 }
 
@@ -33,28 +41,49 @@ impl LitBackdrop {
         area: PixelArea,
     ) -> Self {
         let size = PictureSize { width: area.width, height: area.height };
-        Self(match scene.backdrop {
+        let content = match scene.backdrop {
             None => Content::None,
             Some(Backdrop::Color { color }) => Content::Plain(Developed::plain(size, color)),
             Some(Backdrop::Environment { blur_deg }) => {
                 let view = (scene, mesh, assets);
                 let radiance = backdrop_radiance(blur_deg, view, size_px, area);
-                Content::Radiance { size, radiance, film: scene.film }
+                Content::Radiance { size, radiance }
             }
-        })
+        };
+        Self { surroundings: None, film: scene.film, content }
     }
 
-    /// Puts the backdrop behind a picture of that area, in the picture's exposure.
+    /// Returns the backdrop with other objects in front of it, as pictures of the same area.
+    #[must_use]
+    pub fn with_surroundings(self, surroundings: Option<Arc<Surroundings>>) -> Self {
+        Self { surroundings, ..self }
+    }
+
+    /// Adds the other objects to a linear picture of that area.
+    ///
+    /// # Panics
+    /// If the picture has another size.
+    pub fn join(&self, picture: &mut RadianceImage) {
+        if let Some(surroundings) = &self.surroundings {
+            surroundings.join(picture);
+        }
+    }
+
+    /// Puts the other objects beside a picture of that area, and the backdrop behind it, in the
+    /// picture's exposure.
     ///
     /// # Panics
     /// If the picture has another size.
     #[must_use]
     pub fn behind(&self, mut picture: Developed) -> Developed {
-        match &self.0 {
+        if let Some(surroundings) = &self.surroundings {
+            surroundings.develop_beside(&mut picture, self.film);
+        }
+        match &self.content {
             Content::None => {}
             Content::Plain(plain) => picture.put_over(plain),
-            Content::Radiance { size, radiance, film } => {
-                let exposed = (*film, picture.exposure_ev);
+            Content::Radiance { size, radiance } => {
+                let exposed = (self.film, picture.exposure_ev);
                 picture.put_over(&Developed::opaque(*size, radiance, exposed));
             }
         }

@@ -92,7 +92,7 @@ impl Source for AmbientSource {
         Some(CentralLight { towards: None, irradiance: self.radiance.map(|channel| PI * channel) })
     }
 
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
+    fn reference_irradiance(&self, _: DVec3) -> Option<[f64; 3]> {
         Some(self.radiance.map(|channel| PI * channel))
     }
 }

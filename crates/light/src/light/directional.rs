@@ -58,7 +58,7 @@ impl SingleSample for DirectionalSource {
         Some(LightSample { towards, irradiance, distance: f64::INFINITY, fading: false })
     }
 
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
+    fn reference_irradiance(&self, _: DVec3) -> Option<[f64; 3]> {
         Some(self.irradiance)
     }
 }

@@ -50,6 +50,15 @@ pub struct EnvironmentLight {
     /// True if it stays in place while `light_deg` moves the lights. Default: false.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub fixed: bool,
+    /// False if its light passes through objects although the scene has shadows: pictures then take
+    /// a fraction of the time. Default: true.
+    #[serde(default = "casts", skip_serializing_if = "Clone::clone")]
+    #[schema(default = true)]
+    pub shadows: bool,
+}
+
+fn casts() -> bool {
+    true
 }
 
 fn unscaled() -> [f64; 3] {
@@ -83,6 +92,10 @@ impl Kind for EnvironmentLight {
 
     fn samples(&self) -> u32 {
         self.samples
+    }
+
+    fn casts_shadows(&self) -> bool {
+        self.shadows
     }
 
     fn asset(&self) -> Option<AssetRef<'_>> {
@@ -174,7 +187,7 @@ impl Source for EnvironmentSource {
     }
 
     fn central(&self, _: DVec3, mean: Option<DVec3>) -> Option<CentralLight> {
-        Some(CentralLight { towards: mean, irradiance: self.reference_irradiance()? })
+        Some(CentralLight { towards: mean, irradiance: self.reference_irradiance(DVec3::ZERO)? })
     }
 
     /// Mean of directions drawn in proportion to luminance; `None` if they cancel.
@@ -186,7 +199,7 @@ impl Source for EnvironmentSource {
         (self.rotation * sum / f64::from(MEAN_SIDE * MEAN_SIDE)).try_normalize()
     }
 
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
+    fn reference_irradiance(&self, _: DVec3) -> Option<[f64; 3]> {
         let [r, g, b] = self.map.mean();
         Some([PI * r * self.scale[0], PI * g * self.scale[1], PI * b * self.scale[2]])
     }

@@ -110,9 +110,9 @@ impl SingleSample for IesSource {
         (candela > 0.0).then_some(LightSample { towards, irradiance, distance, fading: false })
     }
 
-    /// As if the centre of the mesh were in the peak direction.
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
-        let squared = self.position.length_squared();
+    /// As if the subject's centre were in the peak direction.
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]> {
+        let squared = (self.position - pivot).length_squared();
         let peak = self.profile.peak_candela() / squared;
         (luminance(self.scale) > 0.0 && squared > 0.0).then(|| self.scale.map(|c| c * peak))
     }

@@ -32,6 +32,11 @@ pub(crate) trait Kind {
         None
     }
 
+    /// False if its light passes through objects.
+    fn casts_shadows(&self) -> bool {
+        true
+    }
+
     /// Prepares the light for sampling; `None` if its asset is missing.
     fn source(&self, placement: &LightPlacement<'_>, assets: &LightAssets) -> Option<Self::Source>;
 }
@@ -51,8 +56,8 @@ pub(crate) trait Source {
         0.0
     }
 
-    /// Returns the approximate maximum of the irradiance at the centre of the mesh.
-    fn reference_irradiance(&self) -> Option<[f64; 3]>;
+    /// Returns the approximate maximum of the irradiance at the subject's centre, in the unit frame.
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]>;
 
     /// Returns the light as if all of it came from its middle; `None` if it does not reach the
     /// position. `mean` is the mean direction of [`Source::mean_direction`].
@@ -70,7 +75,7 @@ pub(crate) trait SingleSample {
     fn at(&self, position: DVec3) -> Option<LightSample>;
 
     /// As [`Source::reference_irradiance`].
-    fn reference_irradiance(&self) -> Option<[f64; 3]>;
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]>;
 }
 
 impl<S: SingleSample> Source for S {
@@ -88,8 +93,8 @@ impl<S: SingleSample> Source for S {
         }
     }
 
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
-        SingleSample::reference_irradiance(self)
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]> {
+        SingleSample::reference_irradiance(self, pivot)
     }
 
     fn central(&self, position: DVec3, _: Option<DVec3>) -> Option<CentralLight> {

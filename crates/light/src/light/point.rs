@@ -61,7 +61,7 @@ pub(crate) struct PointSource {
 
 impl PointSource {
     /// Makes the source at a position in the unit frame. Without a strength, the irradiance at the
-    /// distance of the unit frame's origin is pi.
+    /// distance of the subject's centre is pi.
     pub(super) fn new(
         position: DVec3,
         strength: Option<Strength>,
@@ -69,7 +69,7 @@ impl PointSource {
         placement: &LightPlacement<'_>,
     ) -> Self {
         let Some(strength) = strength else {
-            return Self { position, intensity: [PI * position.length_squared(); 3] };
+            return Self { position, intensity: [PI * placement.squared_to_pivot(position); 3] };
         };
         let channels = strength.radiometric();
         let intensity = match strength.quantity.measure() {
@@ -94,7 +94,7 @@ impl SingleSample for PointSource {
         Some(LightSample { towards: towards / distance, irradiance, distance, fading: false })
     }
 
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
-        self.at(DVec3::ZERO).map(|sample| sample.irradiance)
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]> {
+        self.at(pivot).map(|sample| sample.irradiance)
     }
 }

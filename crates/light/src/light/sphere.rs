@@ -53,7 +53,7 @@ impl Kind for SphereLight {
         let radius = placement.length(self.radius, 0.5);
         let world = radius * placement.unit();
         let radiance = area_radiance(self.strength, 4.0 * PI * world * world, || {
-            centre.length_squared() / (radius * radius)
+            placement.squared_to_pivot(centre) / (radius * radius)
         });
         Some(SphereSource { centre, radius, radiance })
     }
@@ -124,8 +124,8 @@ impl Source for SphereSource {
             .then(|| CentralLight { towards: Some(to_centre / squared.sqrt()), irradiance })
     }
 
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
-        let share = (self.radius * self.radius / self.centre.length_squared()).min(1.0);
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]> {
+        let share = (self.radius * self.radius / (self.centre - pivot).length_squared()).min(1.0);
         Some(self.radiance.map(|channel| PI * channel * share))
     }
 }

@@ -109,8 +109,8 @@ impl SingleSample for SpotSource {
         None
     }
 
-    /// As if the centre of the mesh were on the axis.
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
-        self.point.reference_irradiance()
+    /// As if the subject's centre were on the axis.
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]> {
+        self.point.reference_irradiance(pivot)
     }
 }

@@ -40,8 +40,9 @@ impl FlatSource {
     ) -> Self {
         let area = if round { PI } else { 4.0 } * width * height;
         let unit = placement.unit();
-        let radiance =
-            area_radiance(strength, area * unit * unit, || PI * centre.length_squared() / area);
+        let radiance = area_radiance(strength, area * unit * unit, || {
+            PI * placement.squared_to_pivot(centre) / area
+        });
         Self { centre, axes: [x * width, y * height, z], round, radiance, area }
     }
 }
@@ -106,8 +107,8 @@ impl Source for FlatSource {
         Some(CentralLight { towards: Some(towards), irradiance })
     }
 
-    fn reference_irradiance(&self) -> Option<[f64; 3]> {
-        let squared = self.centre.length_squared().max(self.area);
+    fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]> {
+        let squared = (self.centre - pivot).length_squared().max(self.area);
         Some(self.radiance.map(|channel| channel * self.area / squared))
     }
 }

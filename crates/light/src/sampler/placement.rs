@@ -38,12 +38,20 @@ impl<'a> LightPlacement<'a> {
         self.frame.direction(DVec3::from(direction).normalize())
     }
 
-    /// Transforms an axis; the direction from `from` to the centre of the mesh if it is `None`.
+    /// Transforms an axis; the direction from `from` to the subject's centre if it is `None`.
     pub fn axis(&self, axis: Option<[f64; 3]>, from: DVec3) -> DVec3 {
         match axis {
             Some(axis) => self.direction(axis),
-            None => (-from).try_normalize().unwrap_or_else(|| self.frame.direction(-DVec3::Y)),
+            None => {
+                let towards = (self.frame.pivot() - from).try_normalize();
+                towards.unwrap_or_else(|| self.frame.direction(-DVec3::Y))
+            }
         }
+    }
+
+    /// Returns the squared distance of a position to the subject's centre.
+    pub fn squared_to_pivot(&self, position: DVec3) -> f64 {
+        (position - self.frame.pivot()).length_squared()
     }
 
     /// Returns the direction straight down.

@@ -24,6 +24,8 @@ pub enum BuiltinMesh {
     Cube,
     /// Turned knob with concave and convex curvature, grazing angles, a bead and a flange.
     Knob,
+    /// Level square with sides of 2. It has no name: it is the ground of scenes.
+    Ground,
 }
 
 impl BuiltinMesh {
@@ -39,6 +41,7 @@ impl BuiltinMesh {
             Self::Torus => "torus",
             Self::Cube => "cube",
             Self::Knob => "knob",
+            Self::Ground => "ground",
         }
     }
 
@@ -61,6 +64,7 @@ pub(super) fn build(mesh: BuiltinMesh) -> MeshParts {
         BuiltinMesh::Torus => torus(),
         BuiltinMesh::Cube => rounded_cube(),
         BuiltinMesh::Knob => knob(),
+        BuiltinMesh::Ground => ground(),
     }
 }
 
@@ -96,6 +100,23 @@ fn sphere_z() -> MeshParts {
         uv.y = 1.0 - uv.y;
     }
     parts
+}
+
+/// Half the side of the ground, in radii of the object that stands on it.
+pub const GROUND_RADII: f64 = 1000.0;
+
+/// Square in the plane y = 0. Its texture repeats after two radii of the object, from a corner
+/// below the object's centre.
+fn ground() -> MeshParts {
+    let corners = [DVec2::new(-1.0, 1.0), DVec2::ONE, DVec2::new(1.0, -1.0), -DVec2::ONE];
+    MeshParts {
+        positions: corners.map(|at| DVec3::new(at.x, 0.0, at.y)).to_vec(),
+        normals: vec![DVec3::Y; 4],
+        uvs: corners.map(|at| DVec2::new(at.x, -at.y) * (0.5 * GROUND_RADII)).to_vec(),
+        tangents: vec![DVec3::X; 4],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        has_uv: true,
+    }
 }
 
 /// Torus of radii 1 and 0.4 about the y axis, leaning towards +z so that the default view sees the

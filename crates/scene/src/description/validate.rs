@@ -8,14 +8,15 @@ use glam::DVec3;
 use super::camera::{LookAtCamera, OrbitCamera, OrthographicCamera};
 use super::film::EV_MAX;
 use super::mesh_ref::ID_BYTES_MAX;
-use super::{Camera, Exposure, MeshRef, Scene, SpherePole};
+use super::object::OBJECTS_MAX;
+use super::{Camera, Exposure, Ground, MeshRef, Scene, SpherePole};
 
 /// Largest number of lights.
 pub const LIGHTS_MAX: usize = 16;
 /// Largest number of samples of all lights at one shading point.
 pub const LIGHT_SAMPLES_MAX: u32 = 4096;
 /// Largest scale.
-const SCALE_MAX: f64 = 1000.0;
+pub(super) const SCALE_MAX: f64 = 1000.0;
 /// Bounds of the vertical field of view in degrees, both exclusive.
 const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
 /// Sine of the smallest angle between the view direction and up.
@@ -27,10 +28,7 @@ impl Scene {
     /// # Errors
     /// Returns the first field out of its range, in the order of the description.
     pub fn validate(&self) -> Result<(), FieldError> {
-        if let MeshRef::Uploaded(id) = &self.mesh {
-            require(!id.is_empty(), "/mesh", "the id of the mesh is empty")?;
-            require(id.len() <= ID_BYTES_MAX, "/mesh", "the id of the mesh is over 128 bytes")?;
-        }
+        self.mesh.validate("/mesh")?;
         let is_sphere = self.mesh == MeshRef::Builtin(BuiltinMesh::Sphere);
         let reason = "\"z\" needs the mesh \"sphere\"";
         require(is_sphere || self.sphere_pole == SpherePole::Y, "/sphere_pole", reason)?;
@@ -49,7 +47,20 @@ impl Scene {
             require(ev.abs() <= EV_MAX, "/film/exposure", "must be within 64 EV of 0")?;
         }
         finite(&[self.light_deg], "/light_deg")?;
-        self.backdrop.map_or(Ok(()), |backdrop| backdrop.validate(self.has_environment()))
+        self.backdrop.map_or(Ok(()), |backdrop| backdrop.validate(self.has_environment()))?;
+        require(self.objects.len() <= OBJECTS_MAX, "/objects", "must be at most 8")?;
+        for (index, object) in self.objects.iter().enumerate() {
+            object.validate(&format!("/objects/{index}"), self.ground.is_some())?;
+        }
+        self.ground.as_ref().map_or(Ok(()), Ground::validate)
+    }
+}
+
+impl MeshRef {
+    pub(super) fn validate(&self, pointer: &str) -> Result<(), FieldError> {
+        let Self::Uploaded(id) = self else { return Ok(()) };
+        require(!id.is_empty(), pointer, "the id of the mesh is empty")?;
+        require(id.len() <= ID_BYTES_MAX, pointer, "the id of the mesh is over 128 bytes")
     }
 }
 

@@ -6,13 +6,14 @@
 
 use brood_brdf::{Input, LightInput};
 use brood_light::{LightSampler, Receiver};
-use brood_mesh::trace::{Hit, Ray, Stack, Tracer};
+use brood_mesh::trace::{Hit, Ray, Stack};
 use glam::{DVec2, DVec3};
 
 use super::frame::ShadedPoint;
 use super::paint_point::PaintPoint;
 use super::point::{CameraRay, PixelFeatures, SampleBuffer, Surface, SurfacePoint};
 use super::values::round_to_f32;
+use crate::stage::Obstacles;
 
 /// Largest distance of texture positions from those of a group's first point; separates the sides
 /// of a seam.
@@ -79,11 +80,12 @@ impl Surface<'_> {
             let length = squared.sqrt();
             round_to_f32(if length < 1.0 { length } else { 1.0 })
         };
-        let own = [cosine_to_eye, depth];
+        let depth = |at: (DVec3, Ray, DVec3)| self.depth(at);
+        let own: [&dyn Fn((DVec3, Ray, DVec3)) -> f64; 2] = [&cosine_to_eye, &depth];
         let mut paint = PaintPoint { wi: DVec3::Z, ..PaintPoint::default() };
         for (place, value) in own.into_iter().enumerate() {
             paint.own[place] = round_to_f32(value(here));
-            paint.own[2 + place] = step(&value);
+            paint.own[2 + place] = step(value);
         }
         paint.own[0] = paint.own[0].max(0.0);
         let start = self.shadow_start(&shaded, hit);
@@ -93,7 +95,7 @@ impl Surface<'_> {
             let Some(aim) = aim(light, position, lights, index) else { continue };
             let values = &mut paint.lights[index];
             let mut set = |quantity: LightInput, value: f32| values[quantity as usize] = value;
-            let visibility = match start {
+            let visibility = match start.filter(|_| light.casts_shadows) {
                 Some(start) => visibility(light, &receiver, start, stack),
                 None => 1.0,
             };
@@ -147,6 +149,12 @@ impl Surface<'_> {
         }
     }
 
+    /// Depth along the ray: 0 one radius of the subject in front of its centre, 1 one radius behind
+    /// it.
+    fn depth(&self, (_, ray, position): (DVec3, Ray, DVec3)) -> f64 {
+        0.5 * (1.0 + self.from_subject(position).dot(ray.direction))
+    }
+
     /// Returns the hit of a ray with the plane of a triangle, in or outside of the triangle; `None`
     /// if they do not cross in front of the ray.
     fn hit_on_plane(&self, triangle: usize, ray: &Ray) -> Option<Hit> {
@@ -170,11 +178,6 @@ fn cosine_to_eye((n, ray, _): (DVec3, Ray, DVec3)) -> f64 {
     -n.dot(ray.direction)
 }
 
-/// Depth along the ray: 0 one radius in front of the centre, 1 one radius behind it.
-fn depth((_, ray, position): (DVec3, Ray, DVec3)) -> f64 {
-    0.5 * (1.0 + position.dot(ray.direction))
-}
-
 /// Direction and colour of a light at a position.
 fn aim(light: &LightSampler, position: DVec3, lights: &PaintedLights, index: usize) -> Option<Aim> {
     let central = light.central(position, lights.means[index])?;
@@ -190,7 +193,7 @@ fn aim(light: &LightSampler, position: DVec3, lights: &PaintedLights, index: usi
 fn visibility(
     light: &LightSampler,
     receiver: &Receiver,
-    (tracer, start): (&Tracer, DVec3),
+    (obstacles, start): (&Obstacles<'_>, DVec3),
     stack: &mut Stack,
 ) -> f64 {
     let (mut all, mut visible) = (0.0, 0.0);
@@ -200,7 +203,7 @@ fn visibility(
             let irradiance = sample.irradiance.into_iter().fold(0.0, f64::max) * cosine;
             let ray = Ray { origin: start, direction: sample.towards };
             all += irradiance;
-            if !tracer.is_occluded(ray, sample.distance, stack) {
+            if !obstacles.is_occluded(ray, sample.distance, stack) {
                 visible += irradiance;
             }
         }

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use brood_brdf::DirectionPair;
 use brood_light::{LightSampler, PrefilteredEnvironment, Receiver};
-use brood_mesh::trace::{Hit, Ray, Stack, Tracer};
+use brood_mesh::trace::{Hit, Ray, Stack};
 use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
 
@@ -13,6 +13,7 @@ use super::paint_point::PaintPoint;
 use super::values::round_to_f32;
 use crate::description::{Normals, Scene, Tangents};
 use crate::prefiltered::{DirectSamples, Facing};
+use crate::stage::{Obstacles, Stage};
 
 /// Mesh and lights with which hits are shaded.
 pub(super) struct Surface<'a> {
@@ -20,12 +21,15 @@ pub(super) struct Surface<'a> {
     mesh: &'a Mesh,
     pub(super) lights: Vec<LightSampler>,
     /// Occluders of shadow rays; `None` if the scene has no shadows.
-    obstacles: Option<&'a Tracer>,
+    obstacles: Option<Obstacles<'a>>,
     normals: Normals,
     pub(super) tangents: Tangents,
     /// Reciprocal of the sum of the lights' reference irradiance, so that `shade` is at most about
     /// 1; 0 if that sum is 0 or infinite.
     shade_scale: f64,
+    /// Centre of the subject in the unit frame, and the radius of the unit frame in radii of the
+    /// subject.
+    subject: (DVec3, f64),
 }
 
 /// Camera ray, and the seed of the light samples at its hit.
@@ -107,20 +111,35 @@ impl PixelFeatures {
 }
 
 impl<'a> Surface<'a> {
-    pub fn new(mesh: &'a Mesh, lights: Vec<LightSampler>, scene: &Scene) -> Self {
+    pub fn new(stage: &Stage<'a>, lights: Vec<LightSampler>, scene: &Scene) -> Self {
+        let mesh = stage.mesh();
+        let obstacles = || Obstacles { own: mesh.tracer(), others: stage.others() };
+        let mut surface = Self {
+            parts: mesh.parts(),
+            mesh,
+            lights: Vec::new(),
+            obstacles: scene.shadows.then(obstacles),
+            normals: scene.normals,
+            tangents: scene.tangents,
+            shade_scale: 0.0,
+            subject: stage.subject(),
+        };
+        surface.light_by(lights);
+        surface
+    }
+
+    fn light_by(&mut self, lights: Vec<LightSampler>) {
         let all: f64 = lights.iter().map(LightSampler::reference_irradiance).sum();
-        let shade_scale = if all > 0.0 && all.is_finite() { 1.0 / all } else { 0.0 };
-        let obstacles = scene.shadows.then(|| mesh.tracer());
-        let (normals, tangents) = (scene.normals, scene.tangents);
-        Self { parts: mesh.parts(), mesh, lights, obstacles, normals, tangents, shade_scale }
+        self.shade_scale = if all > 0.0 && all.is_finite() { 1.0 / all } else { 0.0 };
+        self.lights = lights;
     }
 
     /// Removes the environments from the lights and returns them.
-    pub fn take_environments(&mut self, scene: &Scene) -> Vec<PrefilteredEnvironment> {
+    pub fn take_environments(&mut self) -> Vec<PrefilteredEnvironment> {
         let environments = self.lights.iter().filter_map(LightSampler::prefiltered).collect();
         let lights = std::mem::take(&mut self.lights);
         let others = lights.into_iter().filter(|light| light.prefiltered().is_none()).collect();
-        *self = Self::new(self.mesh, others, scene);
+        self.light_by(others);
         environments
     }
 
@@ -153,9 +172,9 @@ impl<'a> Surface<'a> {
                 let wi = shaded.frame.local(light_sample.towards);
                 // NaN, possible for extreme lights, is treated as unlit.
                 if wi.z > 0.0 {
-                    if let Some((tracer, start)) = start {
+                    if let Some((obstacles, start)) = start.filter(|_| light.casts_shadows) {
                         let ray = Ray { origin: start, direction: light_sample.towards };
-                        if tracer.is_occluded(ray, light_sample.distance, stack) {
+                        if obstacles.is_occluded(ray, light_sample.distance, stack) {
                             *shadowed += 1;
                             return;
                         }
@@ -199,7 +218,12 @@ impl<'a> Surface<'a> {
         };
     }
 
-    /// True if the mesh casts shadows.
+    /// Returns a position of the unit frame relative to the subject's centre, in its radii.
+    pub(super) fn from_subject(&self, position: DVec3) -> DVec3 {
+        (position - self.subject.0) * self.subject.1
+    }
+
+    /// True if there are shadows.
     pub fn has_shadows(&self) -> bool {
         self.obstacles.is_some()
     }
@@ -216,10 +240,10 @@ impl<'a> Surface<'a> {
         &self,
         shaded: &ShadedPoint,
         hit: &Hit,
-    ) -> Option<(&'a Tracer, DVec3)> {
-        self.obstacles.map(|tracer| {
+    ) -> Option<(&Obstacles<'a>, DVec3)> {
+        self.obstacles.as_ref().map(|obstacles| {
             let start = self.in_unit_frame(shaded.shadow_start(self.normals, self.parts, hit));
-            (tracer, start + shaded.face() * START_ABOVE)
+            (obstacles, start + shaded.face() * START_ABOVE)
         })
     }
 

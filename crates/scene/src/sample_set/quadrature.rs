@@ -15,6 +15,7 @@ use super::point::{CameraRay, PixelFeatures, Surface, SurfacePoint};
 use super::size::PictureSize;
 use super::view::View;
 use crate::prefiltered::DirectLight;
+use crate::stage::Other;
 
 /// Number of lines in an edge pixel, and of rays per line before bisection.
 const EDGE_LINES: usize = 10;
@@ -30,6 +31,8 @@ const CORNERS: [DVec2; 4] = [DVec2::ZERO, DVec2::X, DVec2::ONE, DVec2::Y];
 pub(super) struct PixelSampler<'a> {
     pub view: View,
     pub tracer: &'a Tracer,
+    /// Other objects, which may hide the mesh.
+    pub others: Vec<Other<'a>>,
     pub surface: Surface<'a>,
     pub size_px: PictureSize,
     /// True to keep the surface points of adaptive sampling, for light that is not sampled.
@@ -123,6 +126,7 @@ impl PixelSampler<'_> {
         stack: &mut Stack,
         point: &mut SurfacePoint,
     ) -> bool {
+        let hit = hit.filter(|hit| !self.is_hidden(hit, ray.ray, stack));
         match hit {
             Some(hit) => match &self.painted {
                 None => self.surface.shade(hit, ray, stack, point),
@@ -139,6 +143,15 @@ impl PixelSampler<'_> {
             }
         }
         hit.is_some()
+    }
+
+    /// True if another object is in front of a hit.
+    fn is_hidden(&self, hit: &Hit, ray: Ray, stack: &mut Stack) -> bool {
+        if self.others.is_empty() {
+            return false;
+        }
+        let distance = (self.surface.position(hit) - ray.origin).dot(ray.direction);
+        self.others.iter().any(|other| other.is_hit(ray, distance, stack))
     }
 
     /// Returns the rays to the right of and below the ray of a hit, `spacing` pixels away.

@@ -2,8 +2,8 @@
 
 use brood_brdf::Lighting;
 use brood_light::{LightAssets, LightSampler};
+use brood_mesh::Mesh;
 use brood_mesh::trace::Stack;
-use brood_mesh::{Mesh, UnitFrame};
 use glam::DVec2;
 use rayon::prelude::*;
 
@@ -22,6 +22,7 @@ use crate::description::Scene;
 use crate::prefiltered::{
     DirectLight, Facing, LitPoint, LobeShape, PrefilteredLight, groups as similar_points,
 };
+use crate::stage::Stage;
 
 /// Number of rays of listed pixels that a thread traces at a time.
 const RAYS_TOGETHER: usize = 512;
@@ -86,13 +87,13 @@ impl SampleSet {
     /// # Panics
     /// As [`SampleSet::render_area`].
     #[must_use]
-    pub fn render_with_assets(
-        mesh: &Mesh,
+    pub fn render_with_assets<'a>(
+        stage: impl Into<Stage<'a>>,
         scene: &Scene,
         assets: &LightAssets,
         raster: Raster,
     ) -> Self {
-        let sampler = pixel_sampler(mesh, scene, assets, raster.size_px);
+        let sampler = pixel_sampler(&stage.into(), scene, assets, raster.size_px);
         Self::render_with(&sampler, raster).0
     }
 
@@ -105,36 +106,36 @@ impl SampleSet {
     /// # Panics
     /// As [`SampleSet::render_area`].
     #[must_use]
-    pub fn render_direct(
-        mesh: &Mesh,
+    pub fn render_direct<'a>(
+        stage: impl Into<Stage<'a>>,
         scene: &Scene,
         assets: &LightAssets,
         raster: Raster,
         lobes: LobeShape,
     ) -> Self {
-        let sampler = direct_sampler((mesh, scene, assets), raster.size_px, Some(lobes));
+        let sampler = direct_sampler((&stage.into(), scene, assets), raster.size_px, Some(lobes));
         Self::render_with(&sampler, raster).0
     }
 
     /// Samples a scene without its environments, whose light is prefiltered instead.
     ///
     /// # Domain
-    /// Adaptive sampling, and a scene without shadows: prefiltered light passes through objects.
-    /// Only for isotropic homogeneous materials.
+    /// Adaptive sampling, and scenes with [`Scene::is_prefilterable`]. Only for isotropic homogeneous
+    /// materials.
     ///
     /// # Panics
     /// As [`SampleSet::render_area`], and if the sampling is fixed.
     #[must_use]
-    pub fn render_prefiltered(
-        mesh: &Mesh,
+    pub fn render_prefiltered<'a>(
+        stage: impl Into<Stage<'a>>,
         scene: &Scene,
         assets: &LightAssets,
         raster: Raster,
     ) -> (Self, PrefilteredLight) {
         assert!(raster.sampling == Sampling::Adaptive, "fixed sampling samples all lights");
-        let mut sampler = pixel_sampler(mesh, scene, assets, raster.size_px);
+        let mut sampler = pixel_sampler(&stage.into(), scene, assets, raster.size_px);
         sampler.keeps_points = true;
-        let environments = sampler.surface.take_environments(scene);
+        let environments = sampler.surface.take_environments();
         let (set, points) = Self::render_with(&sampler, raster);
         let points_of = |area: PixelArea| match area == raster.area {
             true => points,
@@ -152,8 +153,13 @@ impl SampleSet {
     /// # Panics
     /// As [`SampleSet::render_area`], and if there are more lights.
     #[must_use]
-    pub fn render_points(mesh: &Mesh, scene: &Scene, assets: &LightAssets, raster: Raster) -> Self {
-        let mut sampler = pixel_sampler(mesh, scene, assets, raster.size_px);
+    pub fn render_points<'a>(
+        stage: impl Into<Stage<'a>>,
+        scene: &Scene,
+        assets: &LightAssets,
+        raster: Raster,
+    ) -> Self {
+        let mut sampler = pixel_sampler(&stage.into(), scene, assets, raster.size_px);
         let spacing = 1.0 / f64::from(raster.sampling.min_rays()).sqrt();
         sampler.painted = Some((PaintedLights::new(&sampler.surface.lights), spacing));
         Self::render_with(&sampler, raster).0
@@ -213,8 +219,8 @@ impl SampleSet {
     /// # Panics
     /// As [`SampleSet::render`], and if a pixel is not in the picture.
     #[must_use]
-    pub fn render_pixels(
-        mesh: &Mesh,
+    pub fn render_pixels<'a>(
+        stage: impl Into<Stage<'a>>,
         scene: &Scene,
         assets: &LightAssets,
         (size_px, samples): (PictureSize, u16),
@@ -227,7 +233,7 @@ impl SampleSet {
             size_px.width,
             size_px.height
         );
-        let sampler = direct_sampler((mesh, scene, assets), size_px, lobes);
+        let sampler = direct_sampler((&stage.into(), scene, assets), size_px, lobes);
         let offsets = subpixel_offsets(u32::from(samples));
         let together = (RAYS_TOGETHER / offsets.len()).max(1);
         let width = u32::try_from(pixels.len()).expect("a picture has fewer than 2^32 pixels");
@@ -257,17 +263,18 @@ impl SampleSet {
 }
 
 fn pixel_sampler<'a>(
-    mesh: &'a Mesh,
+    stage: &Stage<'a>,
     scene: &Scene,
     assets: &LightAssets,
     size_px: PictureSize,
 ) -> PixelSampler<'a> {
-    let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
+    let frame = stage.frame(scene);
     let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
     PixelSampler {
         view: View::new(&scene.camera, &frame, size_px),
-        tracer: mesh.tracer(),
-        surface: Surface::new(mesh, lights, scene),
+        tracer: stage.mesh().tracer(),
+        others: stage.others(),
+        surface: Surface::new(stage, lights, scene),
         size_px,
         keeps_points: false,
         environments: None,
@@ -277,13 +284,13 @@ fn pixel_sampler<'a>(
 
 /// Returns the sampler of a picture with samples of the mean radiance of environments for `lobes`.
 fn direct_sampler<'a>(
-    (mesh, scene, assets): (&'a Mesh, &Scene, &LightAssets),
+    (stage, scene, assets): (&Stage<'a>, &Scene, &LightAssets),
     size_px: PictureSize,
     lobes: Option<LobeShape>,
 ) -> PixelSampler<'a> {
-    let mut sampler = pixel_sampler(mesh, scene, assets, size_px);
+    let mut sampler = pixel_sampler(stage, scene, assets, size_px);
     if let Some(lobes) = lobes {
-        let environments = sampler.surface.take_environments(scene);
+        let environments = sampler.surface.take_environments();
         sampler.environments = Some(DirectLight::new(environments, lobes));
     }
     sampler

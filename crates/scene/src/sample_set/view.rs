@@ -50,7 +50,7 @@ impl View {
             }
             Camera::Orthographic(OrthographicCamera { orthographic }) => {
                 // Rays start in front of the object, independent of the world's origin.
-                let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.scale());
+                let middle = frame.relative([0.0; 3]).truncate().extend(2.0 * frame.reach());
                 let half = frame.length(orthographic) / frame.scale();
                 let axes = [DVec3::X, DVec3::Y, DVec3::NEG_Z].map(|axis| frame.direction(axis));
                 Self::with_axes(frame.position(middle), axes, half, true)

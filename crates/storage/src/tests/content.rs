@@ -46,9 +46,9 @@ async fn genome_is_returned_as_text_when_stored_by_first_version() {
 #[tokio::test]
 async fn scene_keeps_its_id_when_stored_again() {
     let (_dir, store) = open().await;
-    let first = store.put_scene("{\"a\":1}", hash("1"), 1).await.unwrap();
-    let other = store.put_scene("{\"a\":2}", hash("2"), 2).await.unwrap();
-    assert_eq!(store.put_scene("{\"a\":1}", hash("1"), 3).await.unwrap(), first);
+    let first = store.put_scene("{\"a\":1}", hash("1"), &[], 1).await.unwrap();
+    let other = store.put_scene("{\"a\":2}", hash("2"), &[], 2).await.unwrap();
+    assert_eq!(store.put_scene("{\"a\":1}", hash("1"), &[], 3).await.unwrap(), first);
     assert_ne!(first, other);
     assert_eq!(store.scene(other).await.unwrap(), "{\"a\":2}");
 }

@@ -47,6 +47,9 @@ pub struct LineageFile {
     /// Mesh of the scene if it was uploaded: binary, base64.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<String>,
+    /// Uploaded meshes of the scene's other objects by their ids in the scene: binary, base64.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub object_meshes: BTreeMap<String, String>,
     /// Files of the scene's lights.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_assets: Vec<FileLightAsset>,

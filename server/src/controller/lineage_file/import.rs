@@ -23,6 +23,9 @@ use crate::controller::{check_length, light_asset, mesh};
 use crate::limit;
 use crate::problem::{ApiError, quote};
 
+/// Mesh with its stored bytes.
+pub type ImportedMesh = (StoredMesh, Vec<u8>);
+
 /// Lineage file whose genomes, mesh and light files were checked.
 pub struct Checked {
     /// The file.
@@ -30,7 +33,9 @@ pub struct Checked {
     /// Genomes by hash.
     pub genomes: BTreeMap<GenomeHash, NewGenome>,
     /// Mesh of the scene, if uploaded.
-    pub mesh: Option<(StoredMesh, Vec<u8>)>,
+    pub mesh: Option<ImportedMesh>,
+    /// Uploaded meshes of the scene's other objects, by the ids in the file.
+    pub object_meshes: BTreeMap<String, ImportedMesh>,
     /// Files of the lights.
     pub light_assets: Vec<(LightAssetKind, Vec<u8>)>,
 }
@@ -60,7 +65,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         ApiError::refused(error.reason).at(pointer)
     })?;
     let mesh = match (&file.mesh, &file.scene.mesh) {
-        (Some(data), MeshRef::Uploaded(_)) => Some(mesh(data)?),
+        (Some(data), MeshRef::Uploaded(_)) => Some(mesh(data, "/mesh")?),
         (None, MeshRef::Builtin(_)) => None,
         (Some(_), MeshRef::Builtin(_)) => {
             return Err(refuse(
@@ -72,6 +77,8 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
             return Err(refuse("/mesh", "the mesh is missing: the scene has an uploaded mesh"));
         }
     };
+    let object_meshes = object_meshes(&file)?;
+    let materials = crate::controller::scene::materials(&file.scene);
     let mut light_assets = Vec::with_capacity(file.light_assets.len());
     for (index, asset) in file.light_assets.iter().enumerate() {
         let pointer = format!("/light_assets/{index}/bytes");
@@ -89,7 +96,8 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         if hash.parse() != Ok(found) {
             return Err(refuse(&pointer, "the text does not have this hash"));
         }
-        if !genome.dialect().is_compatible(&file.dialect) {
+        let is_bred = !materials.contains(&found);
+        if is_bred && !genome.dialect().is_compatible(&file.dialect) {
             return Err(refuse(&pointer, "the genome does not have the lineage's dialect"));
         }
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
@@ -102,11 +110,28 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         };
         genomes.insert(found, new);
     }
-    Ok(Checked { file, genomes, mesh, light_assets })
+    Ok(Checked { file, genomes, mesh, object_meshes, light_assets })
 }
 
-fn mesh(data: &str) -> Result<(StoredMesh, Vec<u8>), ApiError> {
-    let refuse = |words: &str| ApiError::refused(words).at("/mesh");
+/// Reads the uploaded meshes of the scene's other objects.
+fn object_meshes(file: &LineageFile) -> Result<BTreeMap<String, ImportedMesh>, ApiError> {
+    let mut meshes = BTreeMap::new();
+    for object in &file.scene.objects {
+        let MeshRef::Uploaded(id) = &object.mesh else { continue };
+        let pointer = format!("/object_meshes/{}", quote(id));
+        let Some(data) = file.object_meshes.get(id) else {
+            let words = "the mesh is missing: an object of the scene has it";
+            return Err(ApiError::refused(words).at(pointer));
+        };
+        if !meshes.contains_key(id) {
+            meshes.insert(id.clone(), mesh(data, &pointer)?);
+        }
+    }
+    Ok(meshes)
+}
+
+fn mesh(data: &str, pointer: &str) -> Result<ImportedMesh, ApiError> {
+    let refuse = |words: &str| ApiError::refused(words).at(pointer);
     let bytes = BASE64_STANDARD.decode(data).map_err(|_| refuse("the mesh must be base64"))?;
     let mesh: Mesh = decode_stored(&bytes).map_err(|_| refuse("the mesh cannot be decoded"))?;
     Ok((mesh::row(&mesh, Vec::new()), brood_protocol::encode(&mesh)))

@@ -184,6 +184,14 @@ async fn scene(app: &App, one: &RequestedView) -> Result<Scene, ApiError> {
     };
     let checked = async {
         scene.validate()?;
+        if scene.has_surroundings() {
+            let words = "a target shows one object, without others and without ground";
+            return Err(ApiError::refused(words).at(if scene.ground.is_some() {
+                "/ground"
+            } else {
+                "/objects"
+            }));
+        }
         app.library.mesh(&scene).await?;
         lighting::check(&app.store, &scene).await
     };

@@ -65,7 +65,7 @@ async fn search(app: &App, start: Vec<u8>) -> JobId {
         tags: Vec::new(),
         hidden: false,
         cover_individual: None,
-        scene: app.store.put_scene("{}", hash, 1).await.unwrap(),
+        scene: app.store.put_scene("{}", hash, &[], 1).await.unwrap(),
         thumbnail_px: 256,
         dialect: Dialect::default(),
         saturation: 0.1,

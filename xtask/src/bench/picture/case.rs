@@ -26,6 +26,8 @@ pub struct Case {
     pub bsdf: Value,
     /// brood's scene.
     pub scene: Value,
+    /// The peer's materials of the other objects, spheres, then that of the ground.
+    pub others: Vec<Value>,
     /// Variant of the mesh; `None` for a sphere.
     pub mesh: Option<&'static str>,
     /// Side of the picture in pixels.
@@ -119,6 +121,7 @@ pub fn fresh(with_meshes: bool) -> Vec<Case> {
                 material: Material::Model(pair.model),
                 bsdf: pair.bsdf,
                 scene: scene.clone(),
+                others: Vec::new(),
                 mesh: object.mesh,
                 size_px: object.size_px,
                 samples: SAMPLES,
@@ -128,7 +131,54 @@ pub fn fresh(with_meshes: bool) -> Vec<Case> {
             }));
         }
     }
+    for (light, light_json) in others_lights() {
+        cases.extend(
+            [material::lambert(), material::gold()].map(|pair| among(light, &light_json, pair)),
+        );
+    }
     cases
+}
+
+/// Name of the file with the material of the second object.
+pub const SECOND: &str = "second.brood";
+
+/// Sphere of a material between two others, above the ground, all in each other's shadow. One of
+/// the others has the material of [`SECOND`], the rest is grey.
+fn among(light: &'static str, light_json: &Value, pair: material::Pair) -> Case {
+    let camera = json!({"eye": [2.5, 2.2, 4.5], "target": [0.2, -0.3, 0.0], "fov_y_deg": 40.0});
+    let mut scene = scene(camera, light_json.clone());
+    scene["objects"] = json!([
+        {"mesh": "sphere", "position": [1.3, -0.55, 0.9], "scale": 0.5},
+        {"mesh": "sphere", "position": [-1.4, -0.35, -0.5], "scale": 0.7, "material": SECOND},
+    ]);
+    scene["ground"] = json!({"height": -1.05});
+    let grey = json!({"type": "diffuse", "reflectance": [0.5, 0.5, 0.5]});
+    Case {
+        object: "three spheres",
+        light,
+        material_name: pair.name.to_owned(),
+        material: Material::Model(pair.model),
+        bsdf: pair.bsdf,
+        scene,
+        others: vec![grey.clone(), second().bsdf, grey],
+        mesh: None,
+        size_px: 192,
+        samples: SAMPLES,
+        peer_samples: SAMPLES,
+        peer_sampler: "independent",
+        recorded: None,
+    }
+}
+
+/// Material of the second object.
+pub fn second() -> material::Pair {
+    material::rough_plastic()
+}
+
+fn others_lights() -> [(&'static str, Value); 3] {
+    let near = json!({"kind": "point", "position": [3.0, 4.0, 2.5], "intensity": 90.0});
+    let sky = json!({"kind": "ambient", "radiance_w_m2_sr": 1.0, "samples": 64});
+    [("directional", distant([-1.0, -1.6, -0.7])), ("point", near), ("even", sky)]
 }
 
 /// Scene with shadows, which the peer always has, and with the peer's treatment of normals.
@@ -189,8 +239,8 @@ mod tests {
     }
 
     #[test]
-    fn only_the_sphere_is_rendered_without_meshes() {
-        assert!(fresh(false).iter().all(|case| case.object == "sphere"));
+    fn only_spheres_are_rendered_without_meshes() {
+        assert!(fresh(false).iter().all(|case| case.mesh.is_none()));
         assert!(!fresh(false).is_empty());
     }
 }

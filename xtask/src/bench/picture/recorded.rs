@@ -74,6 +74,7 @@ pub fn cases(data: &Path) -> Vec<Case> {
                 continue;
             }
             cases.push(Case {
+                others: Vec::new(),
                 object: view.object,
                 light: view.light,
                 material_name: name,

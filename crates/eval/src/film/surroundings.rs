@@ -1,0 +1,125 @@
+//! Pictures of the objects beside the one that is bred.
+
+use brood_scene::Film;
+
+use super::developed::Developed;
+use super::exposure::Gain;
+use super::srgb::{curve, decode_srgb};
+use super::{alpha, tone};
+use crate::radiance::RadianceImage;
+
+/// Linear pictures of the other objects of a scene, and of its ground: the same for all materials
+/// of a brood. What the objects cover adds up to at most the whole of a pixel, together with the
+/// object that is bred.
+#[derive(Debug, Clone, Default)]
+pub struct Surroundings {
+    /// Objects whose material is a BRDF: radiance, in the exposure of the picture.
+    pub lit: Option<RadianceImage>,
+    /// Painted objects: linear light of the display.
+    pub painted: Option<RadianceImage>,
+}
+
+impl Surroundings {
+    /// Adds the picture of an object.
+    ///
+    /// # Panics
+    /// If it has another size than those before.
+    pub fn add(&mut self, image: RadianceImage, is_painted: bool) {
+        let own = if is_painted { &mut self.painted } else { &mut self.lit };
+        match own {
+            Some(sum) => sum.put_beside(&image),
+            None => *own = Some(image),
+        }
+    }
+
+    /// Size in memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let images = [&self.lit, &self.painted];
+        images.into_iter().flatten().map(|image| 16 * image.coverage().len()).sum()
+    }
+
+    /// Adds the objects to a linear picture.
+    ///
+    /// # Panics
+    /// If the picture has another size.
+    pub fn join(&self, picture: &mut RadianceImage) {
+        for image in [&self.lit, &self.painted].into_iter().flatten() {
+            picture.put_beside(image);
+        }
+    }
+
+    /// Adds the objects to a developed picture, in its exposure. Colours are mixed in linear light,
+    /// each by what it covers of the pixel.
+    ///
+    /// # Panics
+    /// If the picture has another size.
+    pub fn develop_beside(&self, picture: &mut Developed, film: Film) {
+        let gain = Gain::fixed(picture.exposure_ev).with_tone(film.tone);
+        let exposed = |channel: f32| tone::apply(gain.tone, channel * gain.factor).clamp(0.0, 1.0);
+        for (image, is_lit) in [(&self.lit, true), (&self.painted, false)] {
+            let Some(image) = image else { continue };
+            let (width, height) = (picture.width, picture.height);
+            assert_eq!((image.width(), image.height()), (width, height), "pictures of one size");
+            let others = image.premultiplied().iter().zip(image.coverage());
+            let pixels = picture.rgba.as_chunks_mut::<4>().0.iter_mut();
+            for (pixel, (premultiplied, coverage)) in pixels.zip(others) {
+                let own = f32::from(pixel[3]) / 255.0;
+                if *coverage <= 0.0 || pixel[3] == u8::MAX {
+                    continue;
+                }
+                let all = own + coverage;
+                for c in 0..3 {
+                    let other = premultiplied[c] / coverage;
+                    let other = if is_lit { exposed(other) } else { other };
+                    let before = decode_srgb(f64::from(pixel[c]) / 255.0) as f32;
+                    pixel[c] = curve().encode((own * before + coverage * other) / all);
+                }
+                pixel[3] = alpha(all.min(1.0));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use brood_mesh::{BuiltinMesh, Mesh};
+    use brood_scene::{SampleSet, Sampling, Scene};
+
+    use super::*;
+    use crate::radiance::shade;
+
+    /// Picture of a white disc that covers part of some pixels.
+    fn disc() -> RadianceImage {
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let set = SampleSet::render(&mesh, &Scene::default(), 16, Sampling::Fixed(64));
+        shade(&set, &vec![0.0; 3 * set.len()])
+    }
+
+    #[test]
+    fn objects_fill_what_the_picture_leaves() {
+        let mut image = disc();
+        for pixel in 0..image.coverage().len() {
+            image.put(pixel, [0.25 * image.coverage()[pixel]; 3]);
+        }
+        let (coverage, pixels) = (image.coverage().to_vec(), image.coverage().len());
+        for (is_painted, ev) in [(false, 1.0), (true, 5.0)] {
+            let mut around = Surroundings::default();
+            around.add(image.clone(), is_painted);
+            let rgba: Vec<u8> =
+                (0..pixels).flat_map(|k| [0, 0, 0, if k % 2 == 0 { 0 } else { 51 }]).collect();
+            let mut picture = Developed { width: 16, height: 16, rgba, exposure_ev: ev };
+            around.develop_beside(&mut picture, Film::default());
+            let light = if is_painted { 0.25 } else { 0.5 };
+            for (k, pixel) in picture.rgba.as_chunks::<4>().0.iter().enumerate() {
+                let own = if k % 2 == 0 { 0.0 } else { 0.2 };
+                let all = own + coverage[k];
+                assert_eq!(pixel[3], alpha(all.min(1.0)), "{k}");
+                if all > 0.0 {
+                    let expected = curve().encode(coverage[k] * light / all);
+                    assert!(pixel[0].abs_diff(expected) <= 1, "{k}: {pixel:?} {expected}");
+                }
+            }
+        }
+    }
+}
