@@ -10,7 +10,8 @@
  *
  * @typedef {api.IndividualDetail} Favourite an individual with its place
  *
- * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null}} Generation
+ * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null, from?: string}} Generation
+ *   `from`: id of the generation that it was bred from, added by the page
  *
  * @typedef {Omit<api.ListedLineage, "dialect"> & {dialect: Dialect}} Lineage
  *

@@ -24,7 +24,7 @@ export function descentOf(inOrder) {
 
 /**
  * For each generation the one that it was bred from: where its first parent was born. Roots have
- * none.
+ * none. `from` is used where it is known, because the parent may not be in the store any more.
  * @param {Generation[]} inOrder by index
  * @returns {Map<string, string>}
  */
@@ -33,8 +33,9 @@ function parentGenerations(inOrder) {
   const parents = new Map();
   for (const generation of inOrder) {
     const first = generation.parents[0];
-    const from = first === undefined ? undefined : born.get(first);
+    const from = generation.from ?? (first === undefined ? undefined : born.get(first));
     if (from !== undefined) parents.set(generation.id, from);
+    if (from !== undefined && generation.centre) born.set(generation.centre.id, from);
     for (const individual of generation.individuals) {
       born.set(individual.id, generation.id);
       // A parent may be named by its genome's hash; that means the first individual with it.

@@ -41,6 +41,9 @@ const isEdit = ({ individuals, parents }) =>
  */
 export const centreOf = (of) => (isEdit(of) ? null : of.centre) ?? of.individuals[0] ?? null;
 
+/** Generations by index. @param {Map<string, Generation>} of */
+export const inOrder = (of) => [...of.values()].sort((a, b) => a.index - b.index);
+
 class LineageStore {
   /** @type {Signal<Lineage[]>} */
   lineages = signal([]);
@@ -54,7 +57,8 @@ class LineageStore {
   /** The open lineage. @type {Signal<Lineage|null>} */
   lineage = signal(null);
   /**
-   * Generations of the open lineage by id; replaced, never changed in place.
+   * Generations of the open lineage by id; replaced, never changed in place. Those not used for
+   * long have few of their individuals (`storeGenerations`).
    * @type {Signal<Map<string, Generation>>}
    */
   generations = signal(new Map());
@@ -142,7 +146,7 @@ class LineageStore {
     return { of: edit.of, text: withParameters(edit.text, edit.layers) };
   });
   /** Generations by index. @type {Signal<Generation[]>} */
-  ordered = computed(() => [...this.generations.value.values()].sort((a, b) => a.index - b.index));
+  ordered = computed(() => inOrder(this.generations.value));
   /** @type {Signal<Descent>} */
   descent = computed(() => descentOf(this.ordered.value));
   /**
