@@ -13,6 +13,9 @@
  * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null, from?: string}} Generation
  *   `from`: id of the generation that it was bred from, added by the page
  *
+ * @typedef {Pick<Generation, "id"|"index"|"parents"|"from"|"centre"|"individuals">} Outline
+ *   What the page keeps of every generation; `individuals`: all, or those that are looked up
+ *
  * @typedef {Omit<api.ListedLineage, "dialect"> & {dialect: Dialect}} Lineage
  *
  * @typedef {{opcodes: string, parametrisation: string, registers: number, length: number,

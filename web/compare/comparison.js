@@ -1,7 +1,7 @@
 /**
  * Comparison of several materials by measurement: which are chosen, and the request to the server.
  *
- * @import { Cell, Comparison, Generation, Individual, Preset } from "../model.js"
+ * @import { Cell, Comparison, Individual, Outline, Preset } from "../model.js"
  */
 import { effect } from "../vendor/signals-core.js";
 import * as api from "../api/routes.js";
@@ -31,7 +31,7 @@ const choice = (of, name) => ({ key: of.id, name, picture: of.thumbnail });
 /**
  * Choice of an individual, named by its place in its generation.
  * @param {Individual} of
- * @param {Generation} born
+ * @param {Outline} born
  */
 const choiceFor = (of, born) => choice(of, `generation ${born.index}, frame ${of.slot + 1}`);
 

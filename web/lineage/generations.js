@@ -45,8 +45,8 @@ function noteUse(id, sceneId) {
 }
 
 /**
- * Stores generations, and drops most of those that were not used for long.
- * @param {Generation[]} read the last is the last to be dropped
+ * Stores generations, and reduces those that were not used for long.
+ * @param {Generation[]} read the last is the last to be reduced
  * @param {string} sceneId scene for which they were read
  */
 export function storeRead(read, sceneId) {

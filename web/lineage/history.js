@@ -2,16 +2,16 @@
  * Order of generations: descent, undo and redo, and the arcs of the strip. Pure functions; none
  * removes a generation.
  *
- * @import { Generation, Trail } from "../model.js"
+ * @import { Outline, Trail } from "../model.js"
  */
 
 /**
- * @typedef {{inOrder: Generation[], known: Set<string>, parents: Map<string, string>}} Descent
+ * @typedef {{inOrder: Outline[], known: Set<string>, parents: Map<string, string>}} Descent
  *   Generations by index, their ids, and for each the generation that it was bred from.
  */
 
 /**
- * @param {Generation[]} inOrder by index
+ * @param {Outline[]} inOrder by index
  * @returns {Descent}
  */
 export function descentOf(inOrder) {
@@ -25,7 +25,7 @@ export function descentOf(inOrder) {
 /**
  * For each generation the one that it was bred from: where its first parent was born. Roots have
  * none. `from` is used where it is known, because the parent may not be in the store any more.
- * @param {Generation[]} inOrder by index
+ * @param {Outline[]} inOrder by index
  * @returns {Map<string, string>}
  */
 function parentGenerations(inOrder) {

@@ -1,7 +1,7 @@
 /**
  * Individuals of the generations in the store: lookup by frame or id, and changes in place.
  *
- * @import { Cell, Generation, Individual } from "../model.js"
+ * @import { Cell, Generation, Individual, Outline } from "../model.js"
  */
 import { compareStore } from "../compare/store.js";
 import { descentOf } from "./history.js";
@@ -40,9 +40,9 @@ export function birthOf(id) {
 }
 
 /**
- * True if an individual stays in the store when most of its generation is dropped, because lists of
+ * True if an individual stays in the store when its generation is reduced, because lists of
  * favourites, the strip, B and imports are looked up in all generations.
- * @param {Generation} of
+ * @param {Outline} of
  * @param {Individual} one
  */
 const isKept = (of, one) =>
@@ -52,10 +52,10 @@ const isKept = (of, one) =>
   (!of.centre && one === of.individuals[0]);
 
 /**
- * Stores generations that were read, except marks that were changed here since. Drops most
- * individuals of generations that are not whole.
+ * Stores generations that were read, except marks that were changed here since. Reduces those that
+ * are not whole to outlines.
  * @param {Generation[]} news
- * @param {{has: (id: string) => boolean}} whole ids of generations that keep all individuals
+ * @param {{has: (id: string) => boolean}} whole ids of generations that are not reduced
  */
 export function storeGenerations(news, whole) {
   const next = new Map(lineageStore.generations.value);
@@ -82,12 +82,11 @@ export function storeGenerations(news, whole) {
   const { parents } = descentOf(inOrder(next));
   for (const [id, of] of next) {
     const from = parents.get(id);
-    const individuals = whole.has(id)
-      ? of.individuals
-      : of.individuals.filter((one) => isKept(of, one));
-    // The same object if nothing changes, because components compare it.
-    if (from !== of.from || individuals.length !== of.individuals.length)
-      next.set(id, { ...of, from, individuals });
+    const { index, parents: refs, centre } = of;
+    const kept = whole.has(id) ? of.individuals : of.individuals.filter((one) => isKept(of, one));
+    if (kept.length < of.individuals.length)
+      next.set(id, { id, index, parents: refs, from, centre, individuals: kept });
+    else if (from !== of.from) next.set(id, { ...of, from });
   }
   lineageStore.generations.value = next;
 }

@@ -1,7 +1,7 @@
 /**
  * The right pane: facts and note of the centre, exports, comparison, favourites.
  *
- * @import { Generation, Individual } from "../../model.js"
+ * @import { Individual, Outline } from "../../model.js"
  */
 import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
@@ -126,19 +126,19 @@ function Centre() {
   `;
 }
 
-/** @param {Generation} born @param {Individual} of */
+/** @param {Outline} born @param {Individual} of */
 async function showFavourite(born, of) {
   await visit(born.id);
   pageStore.focusedCell.value = of.slot < 20 ? of.slot : "centre";
 }
 
-/** @param {Individual} of @param {Generation} born */
+/** @param {Individual} of @param {Outline} born */
 const pinFavourite = (of, born) => pin(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
 
-/** @param {Individual} of @param {Generation} born */
+/** @param {Individual} of @param {Outline} born */
 const inspectFavourite = (of, born) => openInspector(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
 
-/** @param {Individual} of @param {Generation} born */
+/** @param {Individual} of @param {Outline} born */
 const keyOn = (of, born) => (/** @type {KeyboardEvent} */ event) => {
   if (isPlain(event, "b")) pinFavourite(of, born);
   else if (isPlain(event, "i")) inspectFavourite(of, born);
