@@ -82,10 +82,11 @@ export function storeGenerations(news, whole) {
   const { parents } = descentOf(inOrder(next));
   for (const [id, of] of next) {
     const from = parents.get(id);
-    const { index, parents: refs, centre } = of;
+    const { index, centre } = of;
     const kept = whole.has(id) ? of.individuals : of.individuals.filter((one) => isKept(of, one));
+    // `from` replaces the parents.
     if (kept.length < of.individuals.length)
-      next.set(id, { id, index, parents: refs, from, centre, individuals: kept });
+      next.set(id, { id, index, parents: from ? [] : of.parents, from, centre, individuals: kept });
     else if (from !== of.from) next.set(id, { ...of, from });
   }
   lineageStore.generations.value = next;
