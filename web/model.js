@@ -10,7 +10,11 @@
  *
  * @typedef {api.IndividualDetail} Favourite an individual with its place
  *
- * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null}} Generation
+ * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null, from?: string}} Generation
+ *   `from`: id of the generation that it was bred from, added by the page
+ *
+ * @typedef {Pick<Generation, "id"|"index"|"parents"|"from"|"centre"|"individuals">} Outline
+ *   What the page keeps of every generation; `individuals`: all, or those that are looked up
  *
  * @typedef {Omit<api.ListedLineage, "dialect"> & {dialect: Dialect}} Lineage
  *

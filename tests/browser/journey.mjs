@@ -17,6 +17,7 @@ import { film } from "./film.mjs";
 import { hurried } from "./hurried.mjs";
 import { inspect, inspectByFinger, limitedLive } from "./inspect.mjs";
 import { exported, live } from "./live.mjs";
+import { long } from "./long.mjs";
 import { materials } from "./materials.mjs";
 import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
@@ -269,6 +270,7 @@ async function keeping(app, base) {
   const shot = shotOf(app);
   await favourites(app, step, shot, base);
   await lineages(app, step, shot);
+  await long(app, step, shot, base);
 }
 
 async function looking(app, base) {

@@ -163,7 +163,7 @@ export const importLineage = (file) =>
 /** @param {string} hash @returns {Promise<{dialect: Dialect, effects?: object[]}>} */
 export const getGenome = (hash) => request("GET", `/v1/genomes/${hash}`);
 
-/** @param {string} id @returns {Promise<Individual>} */
+/** @param {string} id @returns {Promise<import("../model.js").Favourite>} */
 export const getIndividual = (id) => request("GET", `/v1/individuals/${id}`);
 
 /** @param {string} id @returns {Promise<Inspection>} */

@@ -1,10 +1,11 @@
 /**
  * Comparison of several materials by measurement: which are chosen, and the request to the server.
  *
- * @import { Cell, Comparison, Generation, Individual, Preset } from "../model.js"
+ * @import { Cell, Comparison, Individual, Outline, Preset } from "../model.js"
  */
 import { effect } from "../vendor/signals-core.js";
 import * as api from "../api/routes.js";
+import { birthOf } from "../lineage/individuals.js";
 import { listPresets } from "../lineage/presets.js";
 import { FRAMES, lineageStore } from "../lineage/store.js";
 import { clearProblems, guarded } from "../page/problem.js";
@@ -30,7 +31,7 @@ const choice = (of, name) => ({ key: of.id, name, picture: of.thumbnail });
 /**
  * Choice of an individual, named by its place in its generation.
  * @param {Individual} of
- * @param {Generation} born
+ * @param {Outline} born
  */
 const choiceFor = (of, born) => choice(of, `generation ${born.index}, frame ${of.slot + 1}`);
 
@@ -43,15 +44,13 @@ export const presetChoice = (preset) => ({
 });
 
 /**
- * Choice of an individual of the open lineage, named by the place where it was born.
- * @param {string} id
+ * Choice of an individual, named by the place where it was born in the open lineage.
+ * @param {Individual} of
+ * @param {string} other its name if it was not born there
  */
-function choiceByBirth(id) {
-  for (const born of lineageStore.ordered.value) {
-    const found = born.individuals.find((one) => one.id === id);
-    if (found) return choiceFor(found, born);
-  }
-  return null;
+function choiceByBirth(of, other) {
+  const born = birthOf(of.id);
+  return born ? choiceFor(of, born) : choice(of, other);
 }
 
 /** Choices of the shown generation: the centre, then the frames, each once. @returns {Choice[]} */
@@ -60,7 +59,7 @@ export function shownChoices() {
   if (!of) return [];
   const around = of.individuals.filter((one) => one.slot < FRAMES).map((one) => choiceFor(one, of));
   return of.centre
-    ? [choiceByBirth(of.centre.id) ?? choice(of.centre, "the centre"), ...around]
+    ? [choiceByBirth(of.centre, "the centre"), ...around]
     : around;
 }
 
@@ -123,9 +122,9 @@ export function openComparison() {
   if (compareStore.chosen.value.length >= FEWEST) return void compareChosen();
   const centre = lineageStore.centre.value;
   const b = compareStore.pinned.value;
-  const first = centre ? [choiceByBirth(centre.id) ?? choice(centre, "the centre")] : [];
+  const first = centre ? [choiceByBirth(centre, "the centre")] : [];
   compareStore.chosen.value =
-    b && b.id !== centre?.id ? [...first, choiceByBirth(b.id) ?? choice(b, "B")] : first;
+    b && b.id !== centre?.id ? [...first, choiceByBirth(b, "B")] : first;
   void compareChosen();
 }
 

@@ -71,7 +71,8 @@ export const useAsMate = (of) =>
   leading(of, async () => {
     const open = lineageStore.lineage.value;
     if (!open) return;
-    let mate = ownWith(of.hash);
+    /** @type {import("../model.js").Individual|undefined} */
+    let mate = of.lineage === open.id ? of : ownWith(of.hash);
     if (!mate) {
       const made = await api.adopt(open.id, { genomes: [of.hash] });
       storeBred(made, open.scene);

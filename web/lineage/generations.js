@@ -14,8 +14,11 @@ import { storeGenerations } from "./individuals.js";
 import { clearReady, forgetPictures } from "./pictures.js";
 import { lineageStore } from "./store.js";
 
+/** Number of generations that are held whole: those used last. Others are read when visited. */
+const WHOLE = 64;
+
 /**
- * Scene for which the picture addresses of each generation were read.
+ * Scene for which the picture addresses of each whole generation were read; the last used is last.
  * @type {Map<string, string>}
  */
 const sceneReadFor = new Map();
@@ -35,17 +38,29 @@ export function beginNavigation() {
   return () => mine === navigations;
 }
 
-/**
- * Notes for which scene generations were read.
- * @param {Generation[]} read
- * @param {string} sceneId
- */
-export function noteSceneOf(read, sceneId) {
-  for (const one of read) sceneReadFor.set(one.id, sceneId);
+/** Notes a use of a whole generation. @param {string} id @param {string} sceneId */
+function noteUse(id, sceneId) {
+  sceneReadFor.delete(id);
+  sceneReadFor.set(id, sceneId);
 }
 
-/** Clears all notes, because another lineage is opened. */
-export const clearSceneNotes = () => sceneReadFor.clear();
+/**
+ * Stores generations, and reduces those that were not used for long.
+ * @param {Generation[]} read the last is the last to be reduced
+ * @param {string} sceneId scene for which they were read
+ */
+export function storeRead(read, sceneId) {
+  for (const { id } of read) noteUse(id, sceneId);
+  for (const id of [...sceneReadFor.keys()].slice(0, -WHOLE))
+    if (id !== lineageStore.shownId.value) sceneReadFor.delete(id);
+  storeGenerations(read, sceneReadFor);
+}
+
+/** Removes the generations of another lineage from the store. */
+export function clearGenerations() {
+  sceneReadFor.clear();
+  lineageStore.generations.value = new Map();
+}
 
 /**
  * True if breeding made it, with knobs to breed on with. False for results of a search and for
@@ -63,7 +78,8 @@ export async function show(id, how) {
   const isNewest = beginNavigation();
   const of = lineageStore.lineage.value;
   if (!of || lineageStore.shownId.value === id) return;
-  if (sceneReadFor.get(id) !== of.scene) await readGeneration(id, of.scene);
+  if (sceneReadFor.get(id) === of.scene) noteUse(id, of.scene);
+  else await readGeneration(id, of.scene);
   if (!isNewest()) return;
   clearReady();
   batch(() => {
@@ -117,8 +133,7 @@ export async function readGeneration(id, sceneId) {
       detail: "That generation belongs to another lineage.",
     });
   }
-  sceneReadFor.set(id, sceneId);
-  storeGenerations([read]);
+  storeRead([read], sceneId);
 }
 
 /** Reads the shown generation again if its picture addresses are of another scene. */
@@ -135,6 +150,5 @@ export async function refreshShown() {
  */
 export function storeBred(made, sceneId) {
   if (made.lineage !== lineageStore.lineage.value?.id) return;
-  sceneReadFor.set(made.id, sceneId);
-  storeGenerations([made]);
+  storeRead([made], sceneId);
 }

@@ -11,7 +11,7 @@ import { genomeIn } from "./layers.js";
 import { lineageStore } from "./store.js";
 
 /** Number of genomes kept; the oldest are dropped. */
-const KEPT = 400;
+const KEPT = 100;
 
 /** Hashes with a pending or failed request, which is not repeated. @type {Set<string>} */
 const asked = new Set();

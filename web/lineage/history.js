@@ -2,16 +2,16 @@
  * Order of generations: descent, undo and redo, and the arcs of the strip. Pure functions; none
  * removes a generation.
  *
- * @import { Generation, Trail } from "../model.js"
+ * @import { Outline, Trail } from "../model.js"
  */
 
 /**
- * @typedef {{inOrder: Generation[], known: Set<string>, parents: Map<string, string>}} Descent
+ * @typedef {{inOrder: Outline[], known: Set<string>, parents: Map<string, string>}} Descent
  *   Generations by index, their ids, and for each the generation that it was bred from.
  */
 
 /**
- * @param {Generation[]} inOrder by index
+ * @param {Outline[]} inOrder by index
  * @returns {Descent}
  */
 export function descentOf(inOrder) {
@@ -24,8 +24,8 @@ export function descentOf(inOrder) {
 
 /**
  * For each generation the one that it was bred from: where its first parent was born. Roots have
- * none.
- * @param {Generation[]} inOrder by index
+ * none. `from` is used where it is known, because the parent may not be in the store any more.
+ * @param {Outline[]} inOrder by index
  * @returns {Map<string, string>}
  */
 function parentGenerations(inOrder) {
@@ -33,8 +33,9 @@ function parentGenerations(inOrder) {
   const parents = new Map();
   for (const generation of inOrder) {
     const first = generation.parents[0];
-    const from = first === undefined ? undefined : born.get(first);
+    const from = generation.from ?? (first === undefined ? undefined : born.get(first));
     if (from !== undefined) parents.set(generation.id, from);
+    if (from !== undefined && generation.centre) born.set(generation.centre.id, from);
     for (const individual of generation.individuals) {
       born.set(individual.id, generation.id);
       // A parent may be named by its genome's hash; that means the first individual with it.

@@ -1,9 +1,11 @@
 /**
  * Individuals of the generations in the store: lookup by frame or id, and changes in place.
  *
- * @import { Cell, Generation, Individual } from "../model.js"
+ * @import { Cell, Generation, Individual, Outline } from "../model.js"
  */
-import { lineageStore } from "./store.js";
+import { compareStore } from "../compare/store.js";
+import { descentOf } from "./history.js";
+import { inOrder, lineageStore } from "./store.js";
 
 /**
  * The individual in a frame of the shown generation.
@@ -26,10 +28,36 @@ export const shownIndividual = (id) =>
   ].find((one) => one?.id === id) ?? null;
 
 /**
- * Stores generations that were read, except marks that were changed here since.
- * @param {Generation[]} news
+ * The generation of the open lineage in which an individual was born; null if there is none.
+ * @param {string} id
  */
-export function storeGenerations(news) {
+export function birthOf(id) {
+  const all = lineageStore.ordered.value;
+  const born = all.find(({ individuals }) => individuals.some((one) => one.id === id));
+  if (born) return born;
+  const brood = all.find(({ centre }) => centre?.id === id);
+  return lineageStore.generations.value.get(brood?.from ?? "") ?? null;
+}
+
+/**
+ * True if an individual stays in the store when its generation is reduced, because lists of
+ * favourites, the strip, B and imports are looked up in all generations.
+ * @param {Outline} of
+ * @param {Individual} one
+ */
+const isKept = (of, one) =>
+  one.favourite ||
+  one.operator === "adopt" ||
+  one.id === compareStore.pinned.value?.id ||
+  (!of.centre && one === of.individuals[0]);
+
+/**
+ * Stores generations that were read, except marks that were changed here since. Reduces those that
+ * are not whole to outlines.
+ * @param {Generation[]} news
+ * @param {{has: (id: string) => boolean}} whole ids of generations that are not reduced
+ */
+export function storeGenerations(news, whole) {
   const next = new Map(lineageStore.generations.value);
   for (const item of news) {
     const known = next.get(item.id);
@@ -44,11 +72,22 @@ export function storeGenerations(news) {
       known
         ? {
             ...item,
+            from: known.from,
             centre: item.centre && latest(item.centre),
             individuals: item.individuals.map(latest),
           }
         : item,
     );
+  }
+  const { parents } = descentOf(inOrder(next));
+  for (const [id, of] of next) {
+    const from = parents.get(id);
+    const { index, centre } = of;
+    const kept = whole.has(id) ? of.individuals : of.individuals.filter((one) => isKept(of, one));
+    // `from` replaces the parents.
+    if (kept.length < of.individuals.length)
+      next.set(id, { id, index, parents: from ? [] : of.parents, from, centre, individuals: kept });
+    else if (from !== of.from) next.set(id, { ...of, from });
   }
   lineageStore.generations.value = next;
 }

@@ -14,7 +14,7 @@ import { environment } from "../scene/lights.js";
 import { sceneStore } from "../scene/store.js";
 import { breedNext } from "./breed.js";
 import {
-  beginNavigation, clearSceneNotes, isBred, navigationCount, noteSceneOf, redoId, show, storeBred,
+  beginNavigation, clearGenerations, isBred, navigationCount, redoId, show, storeBred, storeRead,
   undoId,
 } from "./generations.js";
 import { clearReady, preloadPictures, startClock } from "./pictures.js";
@@ -201,13 +201,12 @@ export async function open(id, wanted, begin = beginAtRandom) {
   if (!isNewest()) return;
   clearReady();
   const bred = target && isBred(target) ? target : null;
-  clearSceneNotes();
-  noteSceneOf(all, of.scene);
   batch(() => {
     lineageStore.lineage.value = of;
     sceneStore.scene.value = scene;
-    lineageStore.generations.value = new Map(all.map((one) => [one.id, one]));
     lineageStore.shownId.value = null;
+    clearGenerations();
+    storeRead([...all.filter((one) => one !== target), ...(target ? [target] : [])], of.scene);
     lineageStore.mate.value = null;
     lineageStore.trail.value = loadSetting(
       `trail.${id}`,

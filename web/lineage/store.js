@@ -3,7 +3,7 @@
  * and what the server said about genomes. Does no requests and no drawing.
  *
  * @import { Draft, Edit, ExportFormat, Generation, Genome, Individual, Inspection, Knobs, Lineage,
- *   Locks, ModelInfo, Preset, Trail } from "../model.js"
+ *   Locks, ModelInfo, Outline, Preset, Trail } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
  * @import { Descent } from "./history.js"
  */
@@ -29,17 +29,20 @@ export const noLocks = () => ({
   effect_parameters: [],
 });
 
-/** True if a generation is one genome that was edited by hand. @param {Generation} of */
+/** True if a generation is one genome that was edited by hand. @param {Outline} of */
 const isEdit = ({ individuals, parents }) =>
   individuals.length === 1 && individuals[0].operator === "adopt" && parents.length > 0;
 
 /**
  * The individual that a generation shows large: the centre, or the first child if it has no
  * parents or is an edit of its parent.
- * @param {Generation} of
+ * @param {Outline} of
  * @returns {Individual|null}
  */
 export const centreOf = (of) => (isEdit(of) ? null : of.centre) ?? of.individuals[0] ?? null;
+
+/** Generations by index. @param {Map<string, Outline>} of */
+export const inOrder = (of) => [...of.values()].sort((a, b) => a.index - b.index);
 
 class LineageStore {
   /** @type {Signal<Lineage[]>} */
@@ -54,8 +57,9 @@ class LineageStore {
   /** The open lineage. @type {Signal<Lineage|null>} */
   lineage = signal(null);
   /**
-   * Generations of the open lineage by id; replaced, never changed in place.
-   * @type {Signal<Map<string, Generation>>}
+   * Generations of the open lineage by id; replaced, never changed in place. Those that were used
+   * last are whole (`storeRead`).
+   * @type {Signal<Map<string, Outline>>}
    */
   generations = signal(new Map());
   /** Id of the generation that is shown. @type {Signal<string|null>} */
@@ -128,9 +132,11 @@ class LineageStore {
   /** Languages in which the server exports source code. @type {Signal<ExportFormat[]>} */
   exportFormats = signal([]);
 
-  /** The generation that is shown. @type {Signal<Generation|null>} */
+  /** The generation that is shown, which is whole. @type {Signal<Generation|null>} */
   generation = computed(
-    () => (this.shownId.value && this.generations.value.get(this.shownId.value)) || null,
+    () =>
+      /** @type {Generation|undefined} */ (this.generations.value.get(this.shownId.value ?? "")) ??
+      null,
   );
   /** The individual shown large. @type {Signal<Individual|null>} */
   centre = computed(() => this.generation.value && centreOf(this.generation.value));
@@ -141,8 +147,8 @@ class LineageStore {
     if (hasValues(edit.text, edit.layers)) return null;
     return { of: edit.of, text: withParameters(edit.text, edit.layers) };
   });
-  /** Generations by index. @type {Signal<Generation[]>} */
-  ordered = computed(() => [...this.generations.value.values()].sort((a, b) => a.index - b.index));
+  /** Generations by index. @type {Signal<Outline[]>} */
+  ordered = computed(() => inOrder(this.generations.value));
   /** @type {Signal<Descent>} */
   descent = computed(() => descentOf(this.ordered.value));
   /**

@@ -7,8 +7,8 @@ import * as api from "../api/routes.js";
 import { guarded } from "../page/problem.js";
 import { sceneStore } from "../scene/store.js";
 import { listenToLineage } from "./events.js";
-import { noteSceneOf, readGeneration, refreshShown } from "./generations.js";
-import { storeGenerations, updateIndividual } from "./individuals.js";
+import { readGeneration, refreshShown, storeRead } from "./generations.js";
+import { updateIndividual } from "./individuals.js";
 import { lineageStore } from "./store.js";
 
 /** Follows the events of this lineage only. @param {string} id */
@@ -30,10 +30,25 @@ export function followChanges(id) {
  * @param {string} id
  */
 async function onNewGeneration(id) {
-  if (!lineageStore.lineage.value) return;
-  await guarded("stage", () => readGeneration(id, lineageStore.lineage.value?.scene ?? ""));
+  const of = lineageStore.lineage.value;
+  if (!of) return;
+  await guarded("stage", async () => {
+    await readGeneration(id, of.scene);
+    const centre = lineageStore.generations.value.get(id)?.centre;
+    if (centre && !lineageStore.descent.value.parents.has(id)) await readBirth(centre.id);
+  });
   // The other client may have changed the scene too.
   await resync(false);
+}
+
+/**
+ * Reads the generation in which an individual was born, because the store has dropped it.
+ * @param {string} id
+ */
+async function readBirth(id) {
+  const { lineage, generation } = await api.getIndividual(id);
+  const of = lineageStore.lineage.value;
+  if (of?.id === lineage) await readGeneration(generation, of.scene);
 }
 
 /**
@@ -47,10 +62,12 @@ async function onLineageChanged(version) {
 
 /** @param {{id: string, favourite: boolean, note: string, version: number}} news */
 function onIndividualChanged({ id, ...news }) {
-  const known = [...lineageStore.generations.value.values()]
-    .flatMap((one) => [one.centre, ...one.individuals])
-    .find((one) => one?.id === id);
+  const all = [...lineageStore.generations.value.values()];
+  const born = all.flatMap(({ individuals }) => individuals).find((one) => one.id === id);
+  const known = born ?? all.find(({ centre }) => centre?.id === id)?.centre;
   if (known && news.version > known.version) updateIndividual(id, news);
+  // Lists of favourites show those that are held where they were born.
+  if (news.favourite && !born) void guarded("stage", () => readBirth(id));
 }
 
 /**
@@ -78,11 +95,10 @@ async function resync(all) {
       pending.value = all || pending.value === "everything" ? "everything" : "lineage";
       return;
     }
-    noteSceneOf(read, present.scene);
     batch(() => {
       lineageStore.lineage.value = present;
       sceneStore.scene.value = scene;
-      if (read.length > 0) storeGenerations(read);
+      if (read.length > 0) storeRead(read, present.scene);
     });
     await refreshShown();
   });

@@ -1,7 +1,7 @@
 /**
  * The right pane: facts and note of the centre, exports, comparison, favourites.
  *
- * @import { Generation, Individual } from "../../model.js"
+ * @import { Individual, Outline } from "../../model.js"
  */
 import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
@@ -9,6 +9,7 @@ import { openFavourites } from "../../favourites/list.js";
 import { nameOf, setNote } from "../../lineage/breed.js";
 import { presentEdit } from "../../lineage/edit.js";
 import { isBred, visit } from "../../lineage/generations.js";
+import { birthOf } from "../../lineage/individuals.js";
 import { inspect } from "../../lineage/inspections.js";
 import { openInspector } from "../../lineage/inspector.js";
 import { isLayered } from "../../lineage/layers.js";
@@ -87,10 +88,6 @@ export function watchDetails() {
   addEventListener("pagehide", saveNote);
 }
 
-/** True if an individual was born in the open lineage. @param {string} id */
-const ownIndividual = (id) =>
-  lineageStore.ordered.value.some((born) => born.individuals.some((one) => one.id === id));
-
 function Centre() {
   const of = lineageStore.centre.value;
   const within = lineageStore.generation.value;
@@ -117,7 +114,7 @@ function Centre() {
       ${painted && effects.length > 0 && html`<${Effects} of=${effects} />`}
       ${painted && html`<p class="small" data-testid="painted-note">A painted material is not a BRDF: it has no reflectance to inspect, to search from or to export as code.</p>`}
       <button type="button" class="start" data-testid="inspect" disabled=${painted} title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
-      ${ownIndividual(of.id) && html`<button type="button" class="start" data-testid="cover" aria-pressed=${lineageStore.lineage.value?.cover_individual === of.id} title="Show this picture in the list of lineages" onClick=${() => toggleOwnCover(of.id)}>Cover of this lineage</button>`}
+      ${birthOf(of.id) && html`<button type="button" class="start" data-testid="cover" aria-pressed=${lineageStore.lineage.value?.cover_individual === of.id} title="Show this picture in the list of lineages" onClick=${() => toggleOwnCover(of.id)}>Cover of this lineage</button>`}
       <button type="button" class="start" data-testid="search-from" disabled=${painted} title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>
       <${Exports} of=${of} name=${lineageStore.lineage.value?.name ?? ""} within=${within} place="centre" />
       <label class="note">Note
@@ -129,19 +126,19 @@ function Centre() {
   `;
 }
 
-/** @param {Generation} born @param {Individual} of */
+/** @param {Outline} born @param {Individual} of */
 async function showFavourite(born, of) {
   await visit(born.id);
   pageStore.focusedCell.value = of.slot < 20 ? of.slot : "centre";
 }
 
-/** @param {Individual} of @param {Generation} born */
+/** @param {Individual} of @param {Outline} born */
 const pinFavourite = (of, born) => pin(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
 
-/** @param {Individual} of @param {Generation} born */
+/** @param {Individual} of @param {Outline} born */
 const inspectFavourite = (of, born) => openInspector(of, `Favourite ${of.slot + 1} of generation ${born.index}`);
 
-/** @param {Individual} of @param {Generation} born */
+/** @param {Individual} of @param {Outline} born */
 const keyOn = (of, born) => (/** @type {KeyboardEvent} */ event) => {
   if (isPlain(event, "b")) pinFavourite(of, born);
   else if (isPlain(event, "i")) inspectFavourite(of, born);

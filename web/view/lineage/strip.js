@@ -1,7 +1,7 @@
 /**
  * The strip of all generations, oldest first, with arcs from each to the one that it was bred from.
  *
- * @import { Generation } from "../../model.js"
+ * @import { Outline } from "../../model.js"
  */
 import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
@@ -90,7 +90,7 @@ function scrollSideways(event) {
   strip.scrollBy({ left: event.deltaY * (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 33 : 1), behavior: "instant" });
 }
 
-/** @param {{of: Generation, column: number, count: number, onPath: boolean}} props */
+/** @param {{of: Outline, column: number, count: number, onPath: boolean}} props */
 function Stop({ of, column, count, onPath }) {
   const now = of.id === lineageStore.shownId.value;
   const standing = centreOf(of);
