@@ -308,6 +308,29 @@ impl Caches {
         self.timed_set(view.spheres_key(layout), make)
     }
 
+    /// Returns the key of the exposure of a material in a view.
+    pub(crate) fn metered_key(
+        &self,
+        view: &SceneView<'_>,
+        size_px: PictureSize,
+        program: &Program,
+    ) -> [u8; 32] {
+        let area = PixelArea::whole(size_px);
+        let raster = Raster { size_px, sampling: Sampling::Adaptive, area };
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(view.set_key(raster).as_bytes()).update(program.hash().as_bytes());
+        *hasher.finalize().as_bytes()
+    }
+
+    /// Returns a measured exposure in EV if it is in the cache; `Some(None)` if there is none.
+    pub(crate) fn metered(&self, key: [u8; 32]) -> Option<Option<f64>> {
+        self.entries.get(key).map(|ev| *ev)
+    }
+
+    pub(crate) fn keep_metered(&self, key: [u8; 32], ev: Option<f64>) {
+        self.entries.insert(key, Arc::new(ev), size_of::<Option<f64>>());
+    }
+
     /// Returns the pictures of a view's other objects, from the cache if possible. `identity` tells
     /// all that they depend on besides the view and the raster.
     pub(crate) fn surroundings(

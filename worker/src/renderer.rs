@@ -294,7 +294,9 @@ impl Renderer {
         let assets = self.loaded_assets();
         let others = self.objects(frame, &scene)?;
         let view = SceneView::among(&scene, mesh, &others, &assets);
-        self.shaded(&Shot { view, frame, film: scene.film, area }, programs, finish)
+        let mut shot = Shot { view, frame, film: scene.film, area };
+        shot.film = self.ground_exposure(&shot)?;
+        self.shaded(&shot, programs, finish)
     }
 
     /// As [`Renderer::images`], for the part of the scene that a shot shows.

@@ -2,16 +2,21 @@
 
 use std::sync::{Arc, PoisonError};
 
-use brood_eval::Surroundings;
+use brood_eval::{Gain, Surroundings};
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
-use brood_protocol::{Frame, MeshSource, PictureFormat};
-use brood_scene::{MeshRef, Scene};
+use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_scene::{Exposure, Film, MeshRef, PictureSize, PixelArea, Sampling, Scene};
 
 use crate::cache::{LoadedMesh, Raster};
 use crate::error::RenderError;
 use crate::renderer::Renderer;
 use crate::shot::Shot;
+
+/// Longer side of the pictures in which the exposure of a ground is measured, pixels.
+const METERED_PX: u32 = 64;
+/// Stops from the value that automatic exposure gives a percentile, 0.9, down to one half.
+const STOPS_BELOW: f64 = 0.847_996_906_554_950_1;
 
 impl Renderer {
     /// Replaces the uploaded meshes that frames may name for objects beside the subject.
@@ -50,6 +55,46 @@ impl Renderer {
         frame.objects.iter().map(|object| object.mesh).zip(names).map(mesh).collect()
     }
 
+    /// Returns the film of a shot with the exposure that its ground decides: where exposure is
+    /// automatic, the ground's 97th percentile becomes one half, so that all materials of a brood
+    /// are seen in one light. The film is unchanged without a lit ground in the picture.
+    pub(crate) fn ground_exposure(&self, shot: &Shot<'_>) -> Result<Film, RenderError> {
+        let Shot { view, frame, film, .. } = shot;
+        let is_decided = film.exposure == Exposure::Auto && view.scene().ground.is_some();
+        let Some(object) = frame.objects.last().filter(|_| is_decided && view.parts() > 1) else {
+            return Ok(*film);
+        };
+        let program = self.program(&object.words)?;
+        if program.is_painted() {
+            return Ok(*film);
+        }
+        // Of one size, so that pictures of all sizes have one exposure.
+        let PictureSize { width, height } = frame.size_px;
+        let longer = frame.size_px.longer();
+        let of_side = |side: u32| (side * METERED_PX / longer).max(1);
+        let size_px = PictureSize { width: of_side(width), height: of_side(height) };
+        let mut metered = (*frame).clone().with_area(None);
+        (metered.format, metered.sampling) = (PictureFormat::Exr, Sampling::Adaptive);
+        metered.size_px = size_px;
+        let view = view.with_part(view.parts() - 1);
+        let area = PixelArea::whole(size_px);
+        let key = self.caches.metered_key(&view, size_px, &program);
+        let ev = match self.caches.metered(key) {
+            Some(ev) => ev,
+            None => {
+                let shot = Shot { view, frame: &metered, film: *film, area };
+                let image =
+                    self.shaded(&shot, &[&*program], |_: &Program, picture| picture.radiance())?;
+                let image = image.first().expect("one picture of one program");
+                let is_seen = image.coverage().iter().any(|coverage| *coverage > 0.0);
+                let ev = is_seen.then(|| Gain::of_image(Exposure::Auto, image).ev - STOPS_BELOW);
+                self.caches.keep_metered(key, ev);
+                ev
+            }
+        };
+        Ok(ev.map_or(*film, |ev| Film { exposure: Exposure::Ev(ev), ..*film }))
+    }
+
     /// Returns the pictures of the objects beside the subject; `None` if there are none.
     pub(crate) fn surroundings(
         &self,
@@ -62,7 +107,11 @@ impl Renderer {
         let mut linear = (*frame).clone();
         linear.format = PictureFormat::Exr;
         let make = || {
-            let mut around = Surroundings::default();
+            let ev = match self.ground_exposure(shot)?.exposure {
+                Exposure::Ev(ev) => Some(ev),
+                Exposure::Auto => None,
+            };
+            let mut around = Surroundings { ev, ..Surroundings::default() };
             for (part, object) in (1..).zip(&frame.objects) {
                 let program = self.program(&object.words)?;
                 let view = view.with_part(part);
@@ -75,13 +124,13 @@ impl Renderer {
             Ok(around)
         };
         let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: *area };
-        // The frame's own light decides the view; its film decides nothing.
         let mut hasher = blake3::Hasher::new();
         for object in &frame.objects {
             let words = object.words.iter().flat_map(|word| word.to_le_bytes());
             hasher.update(&words.collect::<Vec<u8>>()).update(b"material");
         }
-        hasher.update(&[u8::from(frame.backend == brood_protocol::Backend::Reference)]);
+        hasher.update(&[u8::from(frame.backend == Backend::Reference)]);
+        hasher.update(format!("{:?}", film.exposure).as_bytes());
         let made = self.caches.surroundings((view, raster), &hasher.finalize(), make)?;
         Ok(Some(made))
     }

@@ -22,8 +22,11 @@ pub struct UnitFrame {
     scale: f64,
     /// World to object: the inverse of the object's rotation.
     unturn: DMat3,
-    /// Distance from the pivot that encloses the scene, in radii of the subject's mesh.
+    /// Distance from the pivot that encloses the objects of the scene, in radii of the subject's
+    /// mesh.
     reach: f64,
+    /// Distance from the pivot that cameras frame by default, in the same unit.
+    framed: f64,
 }
 
 impl UnitFrame {
@@ -40,6 +43,7 @@ impl UnitFrame {
             scale,
             unturn: rotation_xyz_deg(rotation_deg).transpose(),
             reach: scale,
+            framed: 1.0,
         }
     }
 
@@ -64,11 +68,11 @@ impl UnitFrame {
         }
     }
 
-    /// Returns the frame with a distance from the subject's centre that encloses the scene, in
-    /// radii of the subject's mesh. A frame made for one object encloses that.
+    /// Returns the frame in a scene whose objects other than the subject are within a distance from
+    /// the subject's centre, in radii of the subject's mesh. Cameras frame these too.
     #[must_use]
-    pub fn with_reach(self, reach: f64) -> Self {
-        Self { reach, ..self }
+    pub fn among(self, others: f64) -> Self {
+        Self { reach: self.reach.max(others), framed: self.framed.max(others), ..self }
     }
 
     /// Returns the distance from the subject's centre that encloses the object, in radii of the
@@ -78,11 +82,18 @@ impl UnitFrame {
         self.centre.length() + self.scale
     }
 
-    /// Returns the distance from the subject's centre that encloses the scene, in radii of the
-    /// subject's mesh.
+    /// Returns the distance from the subject's centre that encloses the objects of the scene, in
+    /// radii of the subject's mesh.
     #[must_use]
     pub fn reach(&self) -> f64 {
         self.reach
+    }
+
+    /// Returns the distance from the subject's centre that cameras frame by default, in radii of the
+    /// subject's mesh: 1 without other objects, whatever the subject's scale.
+    #[must_use]
+    pub fn framed(&self) -> f64 {
+        self.framed
     }
 
     /// Returns the radius of the object in radii of the subject's mesh: of the subject, its scale.

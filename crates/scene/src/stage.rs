@@ -65,7 +65,7 @@ impl<'a> Stage<'a> {
             }
             own.of_object(mesh, position, scale, rotation_deg)
         }));
-        let reach = frames.iter().map(UnitFrame::extent).fold(0.0, f64::max);
+        let reach = frames[1..].iter().map(UnitFrame::extent).fold(0.0, f64::max);
         if let (Some(height), Some(mesh)) = (ground, others.last()) {
             let at = DVec3 { y: height, ..subject.centre() };
             let half_side = GROUND_RADII * subject.radius() * scene.scale;
@@ -73,7 +73,7 @@ impl<'a> Stage<'a> {
         }
         let meshes = std::iter::once(subject).chain(others.iter().copied());
         let parts = meshes.zip(frames);
-        let parts = parts.map(|(mesh, frame)| Part { mesh, frame: frame.with_reach(reach) });
+        let parts = parts.map(|(mesh, frame)| Part { mesh, frame: frame.among(reach) });
         Self { mesh: subject, parts: Some(parts.collect()), part: 0 }
     }
 

@@ -13,10 +13,13 @@ use crate::radiance::RadianceImage;
 /// object that is bred.
 #[derive(Debug, Clone, Default)]
 pub struct Surroundings {
-    /// Objects whose material is a BRDF: radiance, in the exposure of the picture.
+    /// Objects whose material is a BRDF: radiance.
     pub lit: Option<RadianceImage>,
     /// Painted objects: linear light of the display.
     pub painted: Option<RadianceImage>,
+    /// Exposure of the lit objects in EV; `None` for that of the picture, which painted pictures
+    /// do not have.
+    pub ev: Option<f64>,
 }
 
 impl Surroundings {
@@ -49,13 +52,13 @@ impl Surroundings {
         }
     }
 
-    /// Adds the objects to a developed picture, in its exposure. Colours are mixed in linear light,
+    /// Adds the objects to a developed picture. Colours are mixed in linear light,
     /// each by what it covers of the pixel.
     ///
     /// # Panics
     /// If the picture has another size.
     pub fn develop_beside(&self, picture: &mut Developed, film: Film) {
-        let gain = Gain::fixed(picture.exposure_ev).with_tone(film.tone);
+        let gain = Gain::fixed(self.ev.unwrap_or(picture.exposure_ev)).with_tone(film.tone);
         let exposed = |channel: f32| tone::apply(gain.tone, channel * gain.factor).clamp(0.0, 1.0);
         for (image, is_lit) in [(&self.lit, true), (&self.painted, false)] {
             let Some(image) = image else { continue };

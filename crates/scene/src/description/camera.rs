@@ -30,8 +30,8 @@ pub struct OrbitCamera {
     /// Azimuth (0 is +z, 90 is +x) and elevation above the horizontal plane, degrees.
     #[schema(value_type = Option<[f64; 2]>, default = json!(ORBIT_DEG))]
     pub orbit_deg: [f64; 2],
-    /// Distance from the centre. Default: frames the bounding sphere at scale 1 with a small
-    /// margin, within the shorter side of the picture.
+    /// Distance from the centre. Default: frames the bounding sphere at scale 1, and other objects
+    /// of the scene, with a small margin, within the shorter side of the picture.
     pub distance: Option<f64>,
     /// Vertical field of view, degrees. The horizontal one follows from the picture's size.
     #[schema(value_type = Option<f64>, default = json!(FOV_Y_DEG))]

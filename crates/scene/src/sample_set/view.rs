@@ -37,7 +37,7 @@ impl View {
                 let back = orbit_direction(azimuth, elevation);
                 // Also defined at elevation 90, unlike a cross product with y.
                 let right = orbit_direction(azimuth + 90.0, 0.0);
-                let framing = FRAMING_MARGIN / sin_of_narrower(fov_y_deg, size_px);
+                let framing = frame.framed() * FRAMING_MARGIN / sin_of_narrower(fov_y_deg, size_px);
                 let distance = distance.map_or(framing, |distance| frame.length(distance));
                 let axes = [right, back.cross(right), back];
                 Self::perspective(back * distance, axes, fov_y_deg, frame)
