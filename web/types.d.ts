@@ -410,6 +410,8 @@ export interface components {
             media_type: string;
             /** @description Name used in URLs. */
             name: string;
+            /** @description True if only painted materials can be exported in the format. */
+            painted: boolean;
         };
         /** @description Measured from the picture, or a fixed number of EV. */
         Exposure: "auto" | number;

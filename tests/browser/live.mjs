@@ -365,6 +365,8 @@ export async function exported(app, step, binary) {
       [PROGRAMS, 0],
       JSON.stringify(result),
     );
+    assert.ok(result.styles > 0, JSON.stringify(result));
+    assert.deepEqual([result.styles_exact, result.styles_differing], [result.styles, 0], JSON.stringify(result));
     // Inputs are f32 instead of f64: errors of a few units in the last place, more where a
     // program amplifies them.
     assert.ok(result.directions_p99 < 1e-3, JSON.stringify(result));
