@@ -45,7 +45,7 @@ async fn painted_materials_are_exported_for_lights() {
     let toon = &toon["extensions"]["VRMC_materials_mtoon"];
     assert_eq!((&toon["specVersion"], &toon["shadingShiftFactor"]), (&json!("1.0"), &json!(-0.5)));
     let highlight = format!("{TOON}.effect highlight\n");
-    let refused = server.post_bytes("/v1/exports/vrm-mtoon", TEXT, &highlight).await.problem(422);
+    let refused = server.post_bytes("/v1/exports/vrm-mtoon", TEXT, highlight).await.problem(422);
     assert_eq!(refused["detail"], "VRM's toon material has no highlight");
 }
 
