@@ -75,6 +75,8 @@
  *
  * @typedef {api.ExportFormat} ExportFormat
  *
+ * @typedef {api.EnvironmentMean} EnvironmentMean
+ *
  * @typedef {api.Energy} Energy
  *
  * @typedef {api.Curve} Curve

@@ -400,6 +400,16 @@ export interface components {
              */
             unlimited_albedo: number;
         };
+        /** @description Environment as painted materials see it: light from one direction. */
+        EnvironmentMean: {
+            /**
+             * @description Mean direction to the light, weighted by luminance, of the unrotated environment; absent if
+             *     the directions cancel.
+             */
+            direction?: number[] | null;
+            /** @description Mean radiance in pixel values, red, green and blue. */
+            radiance: number[];
+        };
         /** @description Export format. */
         ExportFormat: {
             /** @description Ending of file names, without the first dot. */
@@ -410,6 +420,8 @@ export interface components {
             media_type: string;
             /** @description Name used in URLs. */
             name: string;
+            /** @description True if only painted materials can be exported in the format. */
+            painted: boolean;
         };
         /** @description Measured from the picture, or a fixed number of EV. */
         Exposure: "auto" | number;
@@ -2090,6 +2102,7 @@ export type CurvePoint = components['schemas']['CurvePoint'];
 export type DialectConstraints = components['schemas']['DialectConstraints'];
 export type Difference = components['schemas']['Difference'];
 export type Energy = components['schemas']['Energy'];
+export type EnvironmentMean = components['schemas']['EnvironmentMean'];
 export type ExportFormat = components['schemas']['ExportFormat'];
 export type Exposure = components['schemas']['Exposure'];
 export type FileGeneration = components['schemas']['FileGeneration'];

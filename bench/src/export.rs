@@ -3,17 +3,19 @@
 //!
 //! The page holds the programs, their inputs and the results of the canonical evaluator, so it
 //! shows whether the graphics processor, driver and compiler of a machine keep the meaning of
-//! exports. Models of every kind are checked against the suite of `brood_export::conformance`. The
-//! last line of the page is JSON for scripts.
+//! exports. Painted materials are among the programs. Models of every kind are checked against the
+//! suite of `brood_export::conformance`. The last line of the page is JSON for scripts.
 
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
+use brood_brdf::{Input, Lighting};
+use brood_eval::conformance::lit_points;
 use brood_eval::{CanonicalEvaluator, Evaluator};
 use brood_export::conformance;
-use brood_export::{Format, export, export_within};
+use brood_export::{Format, Within, export, export_within, print};
 use brood_genome::{BirthKey, Dialect, ModelKind, OpcodeSet, Variation};
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -69,6 +71,7 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
         "samples": args.samples,
         "directions": base64(&directions),
         "tests": tests,
+        "styles": styles(args)?,
         "models": models(args.samples as usize),
     });
     let page = include_str!("export/page.html")
@@ -83,6 +86,27 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
         );
     }
     output::print(&format!("{}: open it in a browser\n", args.output.display()))
+}
+
+/// Styles of the suite in 1 to 8 lights, with the inputs and the colours of random points.
+fn styles(args: &BenchExportArgs) -> Result<Vec<Value>> {
+    let mut found = Vec::new();
+    let mut colors = Vec::new();
+    for (lights, style) in (1..=Input::LIGHTS).cycle().zip(&conformance::styles()) {
+        let lighting = Lighting { lights, has_shadows: true };
+        let set = lit_points(args.seed + lights as u64, args.samples as usize, lighting);
+        CanonicalEvaluator::default().eval(&[style], &set, &mut colors).context("evaluate")?;
+        let program = style.painted(lighting);
+        let inputs: Vec<f32> =
+            program.inputs().iter().flat_map(|input| set.input(input).to_vec()).collect();
+        found.push(json!({
+            "source": print(style, Format::GlslEs300, Within { lights, ..Within::default() })?,
+            "rows": program.inputs().len(),
+            "inputs": base64(&inputs),
+            "f": base64(&colors),
+        }));
+    }
+    Ok(found)
 }
 
 /// Cases of the model suite with their expected values, error units and bounds.

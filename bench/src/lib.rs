@@ -46,6 +46,7 @@ mod record;
 mod skip;
 mod start;
 mod stress;
+mod style;
 mod target;
 
 use anyhow::Result;
@@ -90,6 +91,8 @@ pub enum BenchCommand {
     Start(start::BenchStartArgs),
     /// Run random programs on extreme directions: non-finite results, differing bits, error of f32
     Stress(stress::BenchStressArgs),
+    /// Time painted materials on new and known scenes, in memory, with their errors
+    Style(style::BenchStyleArgs),
 }
 
 /// Runs the command.
@@ -114,5 +117,6 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Skip(args) => skip::run(args, json),
         BenchCommand::Start(args) => start::run(args, json),
         BenchCommand::Stress(args) => stress::run(args, json),
+        BenchCommand::Style(args) => style::run(args, json),
     }
 }

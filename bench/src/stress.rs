@@ -5,7 +5,8 @@
 //! half of which are grazing, polar, mirrored or equal. Every instruction set level is compared
 //! with a scalar evaluator, the scalar evaluator with the definition of the steps on a part, and
 //! the GPU, if there is one, with the scalar evaluator on a part. Inputs are swapped to check that
-//! reciprocity is exact. Invalid meshes are rendered. Pictures in f32 are compared with f64.
+//! reciprocity is exact. Invalid meshes are rendered. Pictures in f32 are compared with f64. Random
+//! painted materials are checked against their properties.
 
 mod batch;
 mod counts;
@@ -13,6 +14,7 @@ mod mesh;
 mod picture;
 mod program;
 mod scalar;
+mod style;
 
 use std::time::Instant;
 
@@ -29,6 +31,7 @@ use serde::Serialize;
 use self::batch::{Batches, SAMPLES};
 use self::mesh::Meshes;
 use self::picture::PictureDifferences;
+use self::style::Styles;
 use super::record::CommonArgs;
 use crate::output;
 
@@ -47,6 +50,9 @@ pub struct BenchStressArgs {
     /// Number of invalid meshes to render
     #[arg(long, value_name = "N", default_value_t = 64)]
     meshes: u32,
+    /// Number of random painted materials, rounded up to whole batches; 64 random points each
+    #[arg(long, value_name = "N", default_value_t = 20_000)]
+    styles: u64,
     #[command(flatten)]
     common: CommonArgs,
 }
@@ -64,6 +70,8 @@ struct Report {
     meshes: Meshes,
     #[serde(flatten)]
     pictures: PictureDifferences,
+    #[serde(flatten)]
+    styles: Styles,
     /// Time spent on [`Report::batches`].
     evaluation_seconds: f64,
     seconds: f64,
@@ -85,6 +93,7 @@ pub fn run(args: &BenchStressArgs, json: bool) -> Result<()> {
         swapped_inputs_differing,
         meshes: mesh::run(args.common.seed, args.meshes)?,
         pictures: picture::run(args.common.seed, args.pictures)?,
+        styles: style::run(args.common.seed, args.styles)?,
         evaluation_seconds,
         seconds: started.elapsed().as_secs_f64(),
     };
@@ -95,7 +104,7 @@ pub fn run(args: &BenchStressArgs, json: bool) -> Result<()> {
     let must_be_zero: u64 = report.zeros().iter().map(|(_, count)| count).sum();
     ensure!(
         must_be_zero == 0,
-        "{must_be_zero} values or programs broke a rule; the last eight counts above must be 0"
+        "{must_be_zero} values or programs broke a rule; the last fifteen counts above must be 0"
     );
     Ok(())
 }
@@ -128,7 +137,8 @@ fn asymmetric((pair, uv): (DirectionPair, glam::DVec2)) -> u64 {
 
 impl Report {
     /// Counts that must be 0, by name.
-    fn zeros(&self) -> [(&'static str, u64); 8] {
+    fn zeros(&self) -> [(&'static str, u64); 15] {
+        let styles = &self.styles;
         [
             ("not finite", self.batches.not_finite),
             ("negative", self.batches.negative),
@@ -138,6 +148,13 @@ impl Report {
             ("inputs differing when swapped", self.swapped_inputs_differing),
             ("broken meshes: samples not finite", self.meshes.mesh_samples_not_finite),
             ("broken meshes: samples out of bounds", self.meshes.mesh_samples_out_of_bounds),
+            ("styles: wrong weights", styles.weights_wrong),
+            ("styles: differing hull weights", styles.hull_weights_differing),
+            ("styles: colours out of the box", styles.colors_outside),
+            ("styles: colours not finite", styles.colors_not_finite),
+            ("styles: differing between levels", styles.colors_differing),
+            ("styles: against the definition", styles.styles_differing_from_definition),
+            ("styles: jumps at the terminator", styles.terminator_differing),
         ]
     }
 
@@ -165,6 +182,9 @@ impl Report {
             ("  samples", meshes.mesh_samples.to_string()),
             ("pictures against f64", pictures.pictures.to_string()),
             ("  off by over 1/255", pictures.share()),
+            ("styles", self.styles.styles.to_string()),
+            ("  evaluations per level", self.styles.style_evaluations.to_string()),
+            ("  sums of weights", self.styles.weight_sums.to_string()),
             ("seconds", format!("{:.1}", self.seconds)),
             ("  spent on evaluations", format!("{:.1}", self.evaluation_seconds)),
         ];

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use brood_eval::decode_environment;
-use brood_light::{AssetRef, BuiltinEnvironment, IesProfile, Light, LightAssets};
+use brood_light::{AssetRef, BuiltinEnvironment, EnvironmentMap, IesProfile, Light, LightAssets};
 use brood_protocol::LightAssetKind;
 use brood_scene::Scene;
 use brood_storage::{StorageError, Store};
@@ -91,6 +91,21 @@ pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError>
         }
     }
     Ok(assets)
+}
+
+/// Loads an environment image.
+///
+/// # Errors
+/// 404 if there is none of this id, 500 if it cannot be parsed.
+pub async fn environment(store: &Store, id: &str) -> Result<Arc<EnvironmentMap>, ApiError> {
+    let unknown = || ApiError::not_found(format!("there is no environment {}", quote(id)));
+    let (kind, bytes) = store.light_asset(hash(id).ok_or_else(unknown)?).await?;
+    if kind != LightAssetKind::Environment {
+        return Err(unknown());
+    }
+    let read = run_blocking(move || decode_environment(&bytes)).await?;
+    let damaged = |error| ApiError::internal(format!("an environment cannot be read: {error}"));
+    Ok(Arc::new(read.map_err(damaged)?))
 }
 
 /// Returns a file as it was uploaded.

@@ -100,6 +100,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(geometry::glb))
         .routes(routes!(light_asset::create_profile))
         .routes(routes!(light_asset::create_environment))
+        .routes(routes!(light_asset::environment_mean))
         .routes(routes!(scene::create))
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))

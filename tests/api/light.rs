@@ -67,6 +67,19 @@ async fn scenes_are_lit_by_uploaded_files_which_are_exported_with_their_lineage(
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn environments_have_mean_lights() {
+    let server = TestServer::start();
+    let map = server.post_bytes("/v1/environments", "image/x-exr", environment()).await;
+    let map = map.expect(201).json();
+    let path = |name: &str| format!("/v1/environments/{name}/mean");
+    let mean = server.get(&path(&text_of(&map["id"]))).await.expect(200).json();
+    assert_eq!(mean["radiance"], map["mean_radiance"]);
+    let studio = server.get(&path("studio")).await.expect(200).json();
+    assert!(studio["direction"][1].as_f64() > Some(0.2), "light from above: {studio}");
+    server.get(&path("nowhere")).await.problem(404);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn built_in_environments_are_named_in_scenes() {
     let server = TestServer::start();
     let mut seen = Vec::new();

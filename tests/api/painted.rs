@@ -21,18 +21,32 @@ async fn painted_materials_are_drawn_and_refused_as_brdfs() {
     assert!(picture.width() == 32 && dark > 20, "{dark} pixels have the dark colour");
 
     let id = text_of(&one["id"]);
-    for path in ["inspection", "slice.png", "exports/glsl-es-300"] {
+    for path in ["inspection", "slice.png"] {
         let refused = server.get(&format!("/v1/individuals/{id}/{path}")).await.expect(422).json();
         assert_eq!(refused["detail"], "a painted material is not a BRDF", "{path}");
     }
-    let posted = server.post_bytes("/v1/exports/wgsl", TEXT, TOON).await.expect(422).json();
-    assert_eq!(posted["detail"], "a painted material is not a BRDF");
     let path = format!("{lineage}/generations");
     let steered = json!({"parents": [id], "steer": ["warmer"], "seed": 1});
     server.post(&path, &steered).await.expect(422);
     let bred = json!({"parents": [id], "count": 3, "seed": 1, "curation": "diverse"});
     let bred = server.post(&path, &bred).await.expect(201).json();
     assert_eq!(bred["individuals"].as_array().map(Vec::len), Some(3));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn painted_materials_are_exported_for_lights() {
+    let server = TestServer::start();
+    let code = server.post_bytes("/v1/exports/wgsl?lights=3", TEXT, TOON).await.expect(200).text();
+    assert!(code.contains("fn styled(at: StyledPoint, lights: array<StyledLight,3>)"), "{code}");
+    let code = server.post_bytes("/v1/exports/glsl-es-300", TEXT, TOON).await.expect(200).text();
+    assert!(code.contains("vec3 styled(StyledPoint at, StyledLight[1] lights)"), "{code}");
+    server.post_bytes("/v1/exports/wgsl?lights=9", TEXT, TOON).await.problem(400);
+    let toon = server.post_bytes("/v1/exports/vrm-mtoon", TEXT, TOON).await.expect(200).json();
+    let toon = &toon["extensions"]["VRMC_materials_mtoon"];
+    assert_eq!((&toon["specVersion"], &toon["shadingShiftFactor"]), (&json!("1.0"), &json!(-0.5)));
+    let highlight = format!("{TOON}.effect highlight\n");
+    let refused = server.post_bytes("/v1/exports/vrm-mtoon", TEXT, highlight).await.problem(422);
+    assert_eq!(refused["detail"], "VRM's toon material has no highlight");
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -22,6 +22,7 @@ import { materials } from "./materials.mjs";
 import { models, modelsLive } from "./models.mjs";
 import { BroodPage } from "./page.mjs";
 import { painted } from "./painted.mjs";
+import { paintedLive } from "./painted_live.mjs";
 import { photo, photoByFinger } from "./photo.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
@@ -297,6 +298,7 @@ async function drawn(app, base) {
   await live(app, step, shot, base);
   await surrounded(app, step, shot, base);
   await shadowsLive(app, step, shot, base);
+  await paintedLive(app, step, shot, base);
   await film(app, step, shot);
   await limitedLive(app, step, shot, base);
   await modelsLive(app, step, shot, base);

@@ -31,7 +31,14 @@ export async function painted(app, step, shot) {
     for (const id of ["inspect", "search-from", "steer-warmer", "saturation", "energy-limit"])
       assert.ok(await app.id(id).isDisabled(), `${id} is off`);
     await app.id("exports").locator("summary").click();
-    await app.id("no-code").waitFor();
+    await app.id("export-vrm-mtoon").waitFor();
+    const [code] = await Promise.all([
+      page.waitForResponse((it) => it.url().includes("/exports/glsl-es-300?lights=")),
+      page.waitForEvent("download"),
+      app.id("export-glsl-es-300").click(),
+    ]);
+    assert.match(await code.text(), /vec3 styled\(StyledPoint at/);
+    assert.equal(await app.id("export-limited").count(), 0);
     await app.id("exports").locator("summary").click();
     await shot("39-painted");
     await app.accessible("painted");

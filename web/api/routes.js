@@ -132,6 +132,13 @@ export const printGenome = async (text, within) =>
   (await postGenome(`/v1/exports/glsl-es-300?uv_within=${within}`, text)).text();
 
 /**
+ * The mean light of an environment.
+ * @param {string} image
+ * @returns {Promise<import("../model.js").EnvironmentMean>}
+ */
+export const meanOfEnvironment = (image) => request("GET", `/v1/environments/${image}/mean`);
+
+/**
  * A picture of a genome, which the server does not store.
  * @param {string} text
  * @param {string} sceneId

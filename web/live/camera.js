@@ -39,14 +39,14 @@ const WORLD = [
  */
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
-const rotateBack = (m, [x, y, z]) => [
+export const rotateBack = (m, [x, y, z]) => [
   m[0] * x + m[3] * y + m[6] * z,
   m[1] * x + m[4] * y + m[7] * z,
   m[2] * x + m[5] * y + m[8] * z,
 ];
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} */
-const rotate = (m, [x, y, z]) => [
+export const rotate = (m, [x, y, z]) => [
   m[0] * x + m[1] * y + m[2] * z,
   m[3] * x + m[4] * y + m[5] * z,
   m[6] * x + m[7] * y + m[8] * z,
@@ -152,7 +152,7 @@ export const isDrawable = (scene) =>
   );
 
 /** @param {import("../model.js").Channels|undefined} strength @returns {Vec3|null} */
-const channels = (strength) =>
+export const channels = (strength) =>
   typeof strength === "number" ? [strength, strength, strength] : (strength ?? null);
 
 /**

@@ -7,6 +7,7 @@
  * @import { Cell, Individual, Scene } from "../model.js"
  * @import { Geometry } from "./geometry.js"
  * @import { Meter } from "./material.js"
+ * @import { PaintLight } from "./paint_lights.js"
  * @import { Linked } from "./program.js"
  * @import { Context } from "./canvas.js"
  * @import { SurfacePrograms, Surface } from "./surface.js"
@@ -32,6 +33,8 @@ import { lightAt, startLight } from "./light_circle.js";
 import { readLitCells, updateLitCells } from "./lit_cells.js";
 import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
 import { MaterialCache } from "./material_cache.js";
+import { PaintedSurfaces, drawPainted } from "./paint.js";
+import { MeanLights, paintLightsOf } from "./paint_lights.js";
 import { AdaptiveResolution, displayInterval } from "./resolution.js";
 import { ShadowTexture, shadowKey } from "./shadows.js";
 import { turnOf } from "./spheres.js";
@@ -79,6 +82,8 @@ let makingMaterials = false;
 const resolution = new AdaptiveResolution();
 const shadows = new ShadowTexture(schedule);
 const cache = new MaterialCache(schedule);
+const painted = new PaintedSurfaces();
+const means = new MeanLights(schedule);
 const draftMaterial = new DraftMaterial(schedule);
 
 /** True while light or object move, so that the server's pictures do not suffice. */
@@ -128,6 +133,7 @@ function dropResources() {
   litKey = "";
   meteredKey = "";
   shadows.lose();
+  painted.lose();
   cache.lose();
   draftMaterial.lose();
   showLive(new Set());
@@ -200,6 +206,7 @@ function prepare(gl, scene) {
   };
   for (const name of /** @type {const} */ (["small", "large"])) {
     if (tools[name].side === layout[name] && tools[name].slots === slots) continue;
+    painted.drop(gl, tools[name]);
     dropSurface(gl, tools[name]);
     tools[name] = makeSurface(gl, layout[name], slots);
     drawnKey = "";
@@ -338,6 +345,7 @@ function frame(now) {
     return there.length > 0 ? there : [DARK];
   };
   const lights = lightsAt(degrees);
+  const paintLights = paintLightsOf(scene, geometry.extent, pose, degrees, (image) => means.of(image));
   // A turned object is drawn without shadows until it rests.
   const shade = sceneStore.draggedPose.value ? "" : shadowKey(scene);
   const unknown = !shadows.has(shade);
@@ -383,6 +391,7 @@ function frame(now) {
     within: geometry.within,
     environment,
     together: context?.together ?? 1,
+    painting: paintLights?.length ?? 0,
   };
   // Before the others, because the user sees only this one change.
   const makingDraft = draftMaterial.work(gl, draft, making);
@@ -415,6 +424,17 @@ function frame(now) {
     const seen = materials.filter(({ cell }) => surfaceOf(cell) === surface);
     keepSurroundings(gl, surface, new Set(seen.map(({ material }) => material.spheres)));
   }
+  /** @param {Surface} surface @param {PaintLight[]} under */
+  const paintOf = (surface, under) =>
+    painted.prepare(
+      gl,
+      surface,
+      { key, mesh: { geometry, tangents }, view },
+      { key: JSON.stringify([under, unknown ? "" : shade]), lights: under, angles },
+    );
+  if (paintLights)
+    for (const { cell, material } of materials)
+      if (material.painted) paintOf(surfaceOf(cell), paintLights);
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
   gl.clearColor(0, 0, 0, 0);
@@ -427,7 +447,9 @@ function frame(now) {
       tone: toneNumber(scene.film.tone),
       marks: pageStore.clippingShown.value,
     };
-    drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
+    if (material.painted && paintLights)
+      drawPainted(gl, material.linked, surface, paintOf(surface, paintLights), paintLights, corner);
+    else drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
     drawBackdrop(gl, backdrop, scene, material.spheres, { ...where, side: surface.side });
   }
   const cells = new Set(materials.map(({ cell }) => cell));

@@ -9,6 +9,7 @@
  */
 import { FILM } from "./film.js";
 import { drawLitCells } from "./lit_cells.js";
+import { paintedFragment } from "./paint.js";
 import {
   OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, read, uniformLocation,
 } from "./program.js";
@@ -93,12 +94,16 @@ void main() {
   color = vec4(code, 1.0) * coverage;
 }`;
 
+/** True if exported code is that of a painted material. @param {string} source */
+export const isStyle = (source) => source.includes("vec3 styled(");
+
 /**
- * @typedef {{linked: Linked, lights: number, spheres: Spheres|null, state:
+ * @typedef {{linked: Linked, painted: boolean, lights: number, spheres: Spheres|null, state:
  *   "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number, fence:
  *   WebGLSync|null, pixels: WebGLBuffer|null}} Material
- *   `spheres`: null without environments. `state`: the shader is being compiled, the exposure is
- *   being measured, done, or the driver rejected the shader. `drawable`: true from the first
+ *   `painted`: true if it has colours, not a BRDF, and no exposure. `spheres`: null without
+ *   environments. `state`: the shader is being compiled, the exposure is being measured, done, or
+ *   the driver rejected the shader. `drawable`: true from the first
  *   measurement on. `gain`: of automatic exposure. `fence`, `pixels`: of the measurement while it
  *   runs.
  *
@@ -113,14 +118,19 @@ void main() {
 /**
  * Starts compiling a material.
  * @param {WebGL2RenderingContext} gl
- * @param {string} evolved the exported functions
- * @param {number} lights number of lights of the scene
+ * @param {string} source the exported functions
+ * @param {number} lights number of lights of the scene; of a painted material, of the functions
  * @param {Spheres|null} spheres the material in the environments of the scene
  * @returns {Material}
  */
-export function makeMaterial(gl, evolved, lights, spheres) {
+export function makeMaterial(gl, source, lights, spheres) {
+  const painted = isStyle(source);
+  const text = painted
+    ? paintedFragment(source, lights)
+    : fragment(source, lights, spheres !== null);
   return {
-    linked: link(gl, OUTLINED, fragment(evolved, lights, spheres !== null)),
+    linked: link(gl, OUTLINED, text),
+    painted,
     lights,
     spheres,
     state: "linking",
@@ -314,6 +324,11 @@ export function advance(gl, of, scene) {
       of.state = "refused";
       return true;
     }
+    if (of.painted) {
+      of.drawable = true;
+      of.state = "ready";
+      return true;
+    }
     // Also if the film's exposure is fixed: software renderers compile at the first drawing, which
     // is thus not on the screen.
     startMetering(gl, of, scene);
@@ -336,7 +351,7 @@ export function advance(gl, of, scene) {
  * @param {Material} of
  */
 export function remeter(gl, of) {
-  if (of.state !== "ready" && of.state !== "metering") return;
+  if (of.painted || (of.state !== "ready" && of.state !== "metering")) return;
   if (of.fence) gl.deleteSync(of.fence);
   of.fence = null;
   of.state = "linking";

@@ -8,10 +8,9 @@
  * @import { SurfacePrograms } from "./surface.js"
  */
 import { getText, problemOf } from "../api/request.js";
-import { lineageStore } from "../lineage/store.js";
 import { sceneStore } from "../scene/store.js";
 import {
-  METER_ANGLES, advance, dropMaterial, environmentOf, makeMaterial, remeter, replaceSpheres,
+  METER_ANGLES, advance, dropMaterial, environmentOf, isStyle, makeMaterial, remeter, replaceSpheres,
 } from "./material.js";
 import { getSpheres, makeSpheres } from "./spheres.js";
 
@@ -23,28 +22,33 @@ const FETCHES = 2;
 const AGAIN_MS = 5000;
 
 /**
- * @typedef {{source: string|null, within: number, file: ArrayBuffer|null, environment: string,
- *   material: Material|null, fetching: boolean, failed: boolean, hasFailed: boolean, used: number}}
- *   Entry `source`: GLSL; `within`: bound on the texture coordinates for which it was generated;
+ * @typedef {{source: string|null, within: number, lights: number, file: ArrayBuffer|null,
+ *   environment: string, material: Material|null, fetching: boolean, failed: boolean, hasFailed:
+ *   boolean, used: number}}
+ *   Entry `source`: GLSL; `within`, `lights`: bound on the texture coordinates, and number of
+ *   lights of painted materials, for which it was generated;
  *   `file`: lit spheres in the environments of the key `environment`, which the material may not
  *   have yet; `failed`: the server refused
  *   the request or could not be reached a moment ago; `hasFailed`: nothing has come since; `used`:
  *   time of the last use, in calls of `work`.
  *
  * @typedef {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment:
- *   Environment, together: number}}
+ *   Environment, together: number, painting: number}}
  *   Making `look`: where exposure is measured; `within`: bound on the object's texture coordinates;
- *   `together`: number of shaders compiled at a time
+ *   `together`: number of shaders compiled at a time; `painting`: number of lights of painted
+ *   materials, 0 if these cannot be drawn
  */
 
-/** True if the lineage's materials are painted: they are the server's pictures. */
-const isPaintedLineage = () => lineageStore.lineage.peek()?.start === "painted";
+/** True if an entry is known to be a painted material. @param {Entry} entry */
+const isPaintedEntry = ({ source }) => source !== null && isStyle(source);
 
 export class MaterialCache {
   /** @type {Map<string, Entry>} */
   #entries = new Map();
   #fetching = 0;
   #clock = 0;
+  /** As in `Making`. */
+  #painting = 0;
   #changed;
 
   /** @param {() => void} changed is called when something has arrived */
@@ -59,13 +63,14 @@ export class MaterialCache {
    */
   drawable(of, { key }) {
     const material = this.#entries.get(of.hash)?.material;
-    return material?.drawable && environmentOf(material) === key ? material : null;
+    const fits = material?.painted ? this.#painting > 0 : material && environmentOf(material) === key;
+    return material?.drawable && fits ? material : null;
   }
 
   /** True if the server or the driver refused the material. @param {Individual} of */
   isRefused(of) {
     const entry = this.#entries.get(of.hash);
-    if (isPaintedLineage()) return true;
+    if (entry && isPaintedEntry(entry) && this.#painting === 0) return true;
     return entry !== undefined && (entry.hasFailed || entry.material?.state === "refused");
   }
 
@@ -78,15 +83,18 @@ export class MaterialCache {
    */
   work(gl, wanted, scene) {
     this.#clock += 1;
-    if (isPaintedLineage()) return false;
+    this.#painting = scene.painting;
     let busy = 0;
-    const lights = scene.look.lights.length / METER_ANGLES;
     for (const of of wanted) {
       const entry = this.#entry(of.hash);
       entry.used = this.#clock;
       const { fetching } = entry;
-      const outgrown = entry.within < scene.within && !fetching;
-      const { key } = scene.environment;
+      const painted = isPaintedEntry(entry);
+      const lights = painted ? scene.painting : scene.look.lights.length / METER_ANGLES;
+      if (painted && lights === 0) continue;
+      const outgrown =
+        (entry.within < scene.within || (painted && entry.lights !== lights)) && !fetching;
+      const key = painted ? "" : scene.environment.key;
       const elsewhere = entry.environment !== key && !fetching;
       if (
         entry.material &&
@@ -144,6 +152,7 @@ export class MaterialCache {
     const entry = {
       source: null,
       within: 0,
+      lights: 0,
       file: null,
       environment: "",
       material: null,
@@ -163,17 +172,18 @@ export class MaterialCache {
   }
 
   /** @param {Individual} of @param {Entry} entry @param {Making} scene */
-  async #fetch(of, entry, { within, environment }) {
+  async #fetch(of, entry, { within, environment, painting }) {
     entry.fetching = true;
     entry.within = within;
+    entry.lights = Math.max(1, painting);
     this.#fetching += 1;
     try {
       entry.hasFailed = false;
       entry.source ??= await getText(
-        `/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}`,
+        `/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}&lights=${entry.lights}`,
       );
       const sceneId = sceneStore.scene.peek()?.id;
-      if (environment.key !== "" && sceneId) {
+      if (environment.key !== "" && sceneId && !isStyle(entry.source)) {
         entry.file = await getSpheres(of.id, sceneId, environment.turns);
         // Anisotropic and textured materials have none: the server's pictures stay.
         entry.failed = entry.file.byteLength === 0;

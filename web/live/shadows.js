@@ -25,13 +25,27 @@ uniform highp usampler2D angles;
 uniform uint angle;
 uniform int side;
 uniform int numbered;
-bool reached(ivec2 here) {
+bool reached_at(ivec2 at) {
   ivec2 size = textureSize(angles, 0);
-  ivec2 at = ivec2(here.x * size.x / side, here.y * size.x / side + numbered * size.x);
-  uvec4 pairs = texelFetch(angles, min(at, size - 1), 0);
+  uvec4 pairs = texelFetch(angles, min(at + ivec2(0, numbered * size.x), size - 1), 0);
   uvec4 passed = uvec4(lessThanEqual(pairs & 0xFFFFu, uvec4(angle)))
     + uvec4(lessThanEqual(pairs >> 16, uvec4(angle)));
   return ((passed.x + passed.y + passed.z + passed.w) & 1u) == 1u;
+}
+bool reached(ivec2 here) {
+  int size = textureSize(angles, 0).x;
+  return reached_at(ivec2(here.x * size / side, here.y * size / side));
+}
+// Share of a pixel that a light reaches, where there are more angles than pixels.
+float reached_share(ivec2 here) {
+  int size = textureSize(angles, 0).x;
+  int across = clamp((size + side / 2) / side, 1, 4);
+  float sum = 0.0;
+  for (int k = 0; k < across * across; k++) {
+    ivec2 at = (here * across + ivec2(k % across, k / across)) * size / (side * across);
+    sum += reached_at(at) ? 1.0 : 0.0;
+  }
+  return sum / float(across * across);
 }`;
 
 /** An angle of the light in the unit of files. @param {number} degrees */
@@ -84,7 +98,7 @@ export class ShadowTexture {
    */
   texture(gl, key) {
     this.#none ??= makeTexture(gl, 1, 1, new Uint32Array([0xffff_0000, ~0, ~0, ~0]));
-    return this.has(key) && this.#held ? this.#held.texture : this.#none;
+    return this.#held?.key === key ? this.#held.texture : this.#none;
   }
 
   /** True if the angles of these shadows are there. @param {string} key */

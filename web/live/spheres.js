@@ -160,7 +160,7 @@ export const isTurnedAsWhole = (scene) => environmentsOf(scene).every(({ fixed }
  * @param {Light} light
  * @param {number} degrees angle of the light
  */
-const rotationAt = ({ rotation_deg: own = 0, fixed }, degrees) => own + (fixed ? 0 : degrees);
+export const rotationAt = ({ rotation_deg: own = 0, fixed }, degrees) => own + (fixed ? 0 : degrees);
 
 /**
  * Rotation of the first environment, which those of several turns are relative to, degrees.

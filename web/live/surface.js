@@ -26,7 +26,8 @@ import { REACHED, angleOf } from "./shadows.js";
 import { PLACES, SURROUNDINGS, TURNED_PLACES } from "./spheres.js";
 import { texture } from "./texture.js";
 
-const VERTEX = `#version 300 es
+/** Vertex shader of passes over the mesh. */
+export const VERTEX = `#version 300 es
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 tangent;
@@ -56,8 +57,18 @@ void main() {
   t = uv;
 }`;
 
-// The normal is flipped to the side of the eye. The outside is where the mesh's normals point, for
-// either winding of its triangles.
+/**
+ * GLSL: the normal on the side of the eye. The outside is where the mesh's normals point, for
+ * either winding of its triangles.
+ */
+export const OUTWARDS = `
+vec3 outwards(vec3 p, vec3 n, vec3 wo) {
+  vec3 face = cross(dFdx(p), dFdy(p));
+  vec3 normal = length(n) > 1e-9 ? normalize(n) : normalize(face);
+  vec3 outside = dot(face, normal) < 0.0 ? -face : face;
+  return dot(outside, wo) < 0.0 ? -normal : normal;
+}`;
+
 const SURFACE = `#version 300 es
 precision highp float;
 in vec3 p;
@@ -71,12 +82,9 @@ uniform bool facets;
 layout(location = 0) out vec4 places;
 layout(location = 1) out vec4 normals;
 layout(location = 2) out vec4 tangents;
+${OUTWARDS}
 void main() {
-  vec3 face = cross(dFdx(p), dFdy(p));
-  vec3 normal = length(n) > 1e-9 ? normalize(n) : normalize(face);
-  vec3 outwards = dot(face, normal) < 0.0 ? -face : face;
-  vec3 wo = parallel ? -forward : eye - p;
-  if (dot(outwards, wo) < 0.0) normal = -normal;
+  vec3 normal = outwards(p, n, parallel ? -forward : eye - p);
   vec3 wanted = u;
   if (facets) {
     // Direction of growing u on the triangle, from the differences between pixels.
@@ -100,6 +108,19 @@ precision highp float;
 out vec4 covered;
 void main() { covered = vec4(1.0); }`;
 
+/** GLSL: the pixel whose point a pixel takes: its own, or one beside it; -1 if there is none. */
+export const NEAREST_FOUND = `
+ivec2 found(ivec2 at) {
+  ivec2 last = textureSize(places, 0) - 1;
+  for (int k = 0; k < 9; k++) {
+    // The pixel itself, then those beside it, then those at its corners.
+    int way = (k * 2 + (k > 4 ? 0 : 4)) % 9;
+    ivec2 beside = k == 0 ? at : clamp(at + ivec2(way % 3 - 1, way / 3 - 1), ivec2(0), last);
+    if (texelFetch(places, beside, 0).w != 0.0) return beside;
+  }
+  return ivec2(-1);
+}`;
+
 /**
  * Finds the shading point of each pixel, once for all lights: an edge pixel whose centre misses the
  * object takes that of a neighbour.
@@ -118,16 +139,7 @@ layout(location = 0) out vec4 seen;
 layout(location = 1) out vec4 point;
 layout(location = 2) out vec4 normal;
 layout(location = 3) out vec4 tangent;
-ivec2 found(ivec2 at) {
-  ivec2 last = textureSize(places, 0) - 1;
-  for (int k = 0; k < 9; k++) {
-    // The pixel itself, then those beside it, then those at its corners.
-    int way = (k * 2 + (k > 4 ? 0 : 4)) % 9;
-    ivec2 beside = k == 0 ? at : clamp(at + ivec2(way % 3 - 1, way / 3 - 1), ivec2(0), last);
-    if (texelFetch(places, beside, 0).w != 0.0) return beside;
-  }
-  return ivec2(-1);
-}
+${NEAREST_FOUND}
 void main() {
   seen = vec4(0.0);
   point = vec4(0.0);
@@ -340,7 +352,7 @@ export function dropSurface(gl, of) {
  * @param {Linked} pen
  * @param {View} view
  */
-function bindView(gl, pen, view) {
+export function bindView(gl, pen, view) {
   for (const name of /** @type {const} */ (["eye", "right", "up", "forward"]))
     gl.uniform3fv(uniformLocation(gl, pen, name), view[name]);
   gl.uniform1i(uniformLocation(gl, pen, "parallel"), view.parallel ? 1 : 0);
@@ -353,7 +365,7 @@ function bindView(gl, pen, view) {
  * @param {Mesh} mesh
  * @param {View} view
  */
-function draw(gl, pen, { geometry, tangents }, view) {
+export function drawMesh(gl, pen, { geometry, tangents }, view) {
   gl.useProgram(pen.program);
   bindView(gl, pen, view);
   gl.uniform3f(uniformLocation(gl, pen, "lens"), view.half, view.near, view.far);
@@ -388,7 +400,7 @@ export function drawSurface(gl, pens, into, mesh, view) {
   ])) {
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    draw(gl, pen, mesh, view);
+    drawMesh(gl, pen, mesh, view);
   }
   gl.disable(gl.DEPTH_TEST);
   gl.bindFramebuffer(gl.READ_FRAMEBUFFER, into.many);

@@ -62,6 +62,28 @@ function run(source, call, values, width) {
   return pixels;
 }
 
+/**
+ * Runs a function of a program's inputs; passes the relative error of each value whose bits differ
+ * from those of brood.
+ */
+function compareBits({ source, rows, inputs, f }, name, count) {
+  const wanted = floats(f);
+  const wantedBits = new Uint32Array(wanted.buffer);
+  const bits = new Uint32Array(1);
+  const value = new Float32Array(bits.buffer);
+  const names = Array.from({ length: rows }, (_, row) => `at(k, ${row})`);
+  const found = run(source, `${name}(${names.join(", ")})`, floats(inputs), data.samples);
+  for (let k = 0; k < data.samples; k++) {
+    for (let channel = 0; channel < 3; channel++) {
+      const place = channel * data.samples + k;
+      bits[0] = found[4 * k + channel];
+      // Some processors flush subnormal numbers to 0.
+      if (bits[0] === wantedBits[place] || Math.max(Math.abs(value[0]), Math.abs(wanted[place])) < 2 ** -126) continue;
+      count(Math.abs(value[0] - wanted[place]) / (1e-3 + Math.abs(wanted[place])));
+    }
+  }
+}
+
 /** GLSL arguments wi and wo of row k of the values. */
 const directionsAt = () => [0, 3].map((first) => `vec3(at(${first}, k), at(${first + 1}, k), at(${first + 2}, k))`).join(", ");
 
@@ -115,36 +137,19 @@ async function measure(progress) {
   const directions = floats(data.directions);
   const bits = new Uint32Array(1);
   const value = new Float32Array(bits.buffer);
-  const result = { programs: 0, exact: 0, values: 0, differing: 0, worst_relative: 0, within_exact: 0, within_differing: 0, directions_median: 0, directions_p99: 0, failures: [] };
+  const result = { programs: 0, exact: 0, values: 0, differing: 0, worst_relative: 0, within_exact: 0, within_differing: 0, styles: 0, styles_exact: 0, styles_differing: 0, directions_median: 0, directions_p99: 0, failures: [] };
   const errors = [];
   for (const [number, test] of data.tests.entries()) {
     progress(number);
     // Yields to the event loop between programs.
     await new Promise((resolve) => setTimeout(resolve));
-    const inputs = floats(test.inputs);
     const wanted = floats(test.f);
-    const wantedBits = new Uint32Array(wanted.buffer);
-    const names = Array.from({ length: test.rows }, (_, row) => `at(k, ${row})`);
     let differing = 0;
     let worst = 0;
     let within = 0;
     try {
-      const call = `evolved_program(${names.join(", ")})`;
-      for (const [source, count] of [
-        [test.source, (by) => ((differing += 1), (worst = Math.max(worst, by)))],
-        [test.within, () => (within += 1)],
-      ]) {
-        const found = run(source, call, inputs, data.samples);
-        for (let k = 0; k < data.samples; k++) {
-          for (let channel = 0; channel < 3; channel++) {
-            const place = channel * data.samples + k;
-            bits[0] = found[4 * k + channel];
-            // Some processors flush subnormal numbers to 0.
-            if (bits[0] === wantedBits[place] || Math.max(Math.abs(value[0]), Math.abs(wanted[place])) < 2 ** -126) continue;
-            count(Math.abs(value[0] - wanted[place]) / (1e-3 + Math.abs(wanted[place])));
-          }
-        }
-      }
+      compareBits(test, "evolved_program", (by) => ((differing += 1), (worst = Math.max(worst, by))));
+      compareBits({ ...test, source: test.within }, "evolved_program", () => (within += 1));
       result.values += 3 * data.samples;
       const free = run(test.source, `evolved(${directionsAt()}, ${FRAME}, vec2(at(6, k), at(7, k)))`, directions, 8);
       for (let k = 0; k < data.samples; k++) {
@@ -164,6 +169,20 @@ async function measure(progress) {
     result.within_exact += within === 0 ? 1 : 0;
     result.within_differing += within;
     result.worst_relative = Math.max(result.worst_relative, worst);
+  }
+  for (const [number, style] of data.styles.entries()) {
+    progress(`style ${number}`);
+    await new Promise((resolve) => setTimeout(resolve));
+    let differing = 0;
+    try {
+      compareBits(style, "styled_program", () => (differing += 1));
+    } catch (error) {
+      result.failures.push({ style: number, error: String(error.message).slice(0, 500) });
+      continue;
+    }
+    result.styles += 1;
+    result.styles_exact += differing === 0 ? 1 : 0;
+    result.styles_differing += differing;
   }
   errors.sort((a, b) => a - b);
   result.directions_median = errors[Math.floor(errors.length / 2)];
@@ -189,6 +208,7 @@ async function show() {
     ["Programs with the same bits", `${result.exact} of ${result.programs}`],
     ["Values that differ", `${result.differing} of ${result.values}, largest relative error ${result.worst_relative.toExponential(1)}`],
     ["Same bits in the shorter export", `${result.within_exact} of ${result.programs}, ${result.within_differing} values differ`],
+    ["Painted materials with the same bits", `${result.styles_exact} of ${result.styles}, ${result.styles_differing} values differ`],
     ["Error from directions in f32", `${result.directions_median.toExponential(1)} in the median, ${result.directions_p99.toExponential(1)} at the 99th percentile`],
     ["Programs refused by the compiler", String(result.failures.length)],
     ["Kinds of model within their bounds", `${kept} of ${result.models.length}`],

@@ -9,10 +9,10 @@ use anyhow::Result;
 use brood_brdf::Input;
 use brood_eval::{CanonicalEvaluator, Evaluator};
 use brood_genome::{BirthKey, Operator, Stream};
-use brood_light::Light;
+use brood_light::{Light, LightAssets};
 use brood_mesh::{ObjLimits, parse_obj};
 use brood_program::Program;
-use brood_scene::{Camera, LookAtCamera, SampleSet, Sampling, Scene};
+use brood_scene::{Camera, LookAtCamera, PixelArea, Raster, SampleSet, Sampling, Scene};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -27,6 +27,8 @@ const ROWS: usize = 14;
 const COLUMNS: usize = 20;
 /// Side of the pictures in pixels.
 const SIZE_PX: u32 = 32;
+/// Side of the pictures of painted materials.
+const POINTS_PX: u32 = 12;
 /// Number of programs that run on each set.
 const PROGRAMS: u64 = 4;
 /// Largest deviation of a direction from unit length.
@@ -113,6 +115,24 @@ fn check_mesh(seed: u64, index: u32) -> Result<Meshes> {
         }
     }
     Ok(found)
+}
+
+/// Points of an invalid mesh for painted materials, with and without shadows; `None` if the mesh is
+/// rejected or not visible.
+pub fn points(seed: u64, index: u64) -> Option<SampleSet> {
+    let index = index as u32;
+    let mut stream =
+        Stream::new(BirthKey { seed, slot: index, attempt: 0 }, Operator::RandomConstants);
+    let faults = Faults::draw(index, &mut stream);
+    let text = obj(&faults, &mut stream);
+    let file = parse_obj(text.as_bytes(), &ObjLimits::default()).ok()?;
+    let scenes = scenes(faults.size * faults.offset, faults.size);
+    let mut scene = scenes[index as usize % scenes.len()].clone();
+    scene.shadows = index.is_multiple_of(3);
+    let area = PixelArea::whole(POINTS_PX);
+    let raster = Raster { size_px: POINTS_PX.into(), sampling: Sampling::default(), area };
+    let set = SampleSet::render_points(&file.mesh, &scene, &LightAssets::default(), raster);
+    (!set.is_empty()).then_some(set)
 }
 
 impl Faults {

@@ -13,7 +13,7 @@ mod tolerance;
 pub use bits::first_difference;
 pub use cases::{hard_samples, layered_programs, programs, sample_sets, wild_model, wild_program};
 pub use layers::LAYER_TOLERANCE;
-pub use styles::{lit_points, wild_style};
+pub use styles::{color_bounds, lit_points, weight_probes, wild_style};
 pub use tolerance::{TOLERANCES, Tolerance};
 
 use brood_program::Program;

@@ -6,8 +6,8 @@ use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
 use crate::input;
 use crate::source::{let_line, number};
 
-/// Lines that read the inputs by their names, and `models` if there are layers, and return f. Valid
-/// for texture coordinates in [-`uv`, `uv`].
+/// Lines that read the inputs by their names, and `models` if there are layers, and return f, or
+/// the colours of a painted program. Valid for texture coordinates in [-`uv`, `uv`].
 pub(crate) fn lines(program: &Program, uv: f32) -> String {
     let ranges = step_ranges(program, |input| {
         let bound = input::bound(input, uv);
@@ -18,6 +18,10 @@ pub(crate) fn lines(program: &Program, uv: f32) -> String {
     for (index, (step, range)) in program.steps().iter().zip(&ranges).enumerate() {
         let call = call(step.operation, &value(step.a), &value(step.b), range);
         text += &let_line("f32", &format!("s{index}"), &call);
+    }
+    if program.is_color() {
+        let [red, green, blue] = program.results().map(value);
+        return text + &format!("  return vec3f({red}, {green}, {blue});\n");
     }
     for (channel, result) in program.results().iter().enumerate() {
         let f = square(program, *result, &value(*result), channel);
@@ -73,7 +77,7 @@ fn output(output: &Output) -> String {
 fn value(program: &Program, operand: Operand) -> String {
     match operand {
         Operand::Step(index) => format!("s{index}"),
-        Operand::Input(input) => input::name(input).to_owned(),
+        Operand::Input(input) => input::name(input),
         Operand::Constant(index) => number(program.constants()[usize::from(index)].canonical),
     }
 }

@@ -1,5 +1,5 @@
 //! Conformance suite of exported models: cases, samples and error bounds, shared by every backend
-//! that can run a language.
+//! that can run a language. Styles of painted materials have canonical bits and need no bounds.
 //!
 //! Values are compared with `Brdf::f` in f64. Errors are counted in *units*: the sum of the changes
 //! of f when each component of the directions and each parameter of the model is rounded to f32,
@@ -8,6 +8,7 @@
 
 mod bound;
 mod sample;
+mod style;
 
 use brood_brdf::{Brdf, DirectionPair, Libm, Plain, PreparedModel, TableDetail};
 use brood_genome::{BirthKey, Genome, Model, ModelKind, Operator, RANGE, Stream};
@@ -16,6 +17,7 @@ use glam::DVec3;
 
 pub use bound::{BOUNDS, Bound, ErrorSummary, ErrorTally};
 pub use sample::pairs;
+pub use style::styles;
 
 /// Number of models of each kind: one with the defaults, the others random.
 pub const MODELS: u32 = 13;

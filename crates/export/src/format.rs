@@ -13,6 +13,8 @@ pub enum Format {
     Glsl410,
     /// Functions for WebGPU.
     Wgsl,
+    /// Parameters of VRM's toon material; of simple painted materials only.
+    Mtoon,
 }
 
 /// Error of parsing the name of a format.
@@ -22,7 +24,7 @@ pub struct FormatError;
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 3] = [Self::GlslEs300, Self::Glsl410, Self::Wgsl];
+    pub const ALL: [Self; 4] = [Self::GlslEs300, Self::Glsl410, Self::Wgsl, Self::Mtoon];
 
     /// Name in requests and on the command line.
     #[must_use]
@@ -31,6 +33,7 @@ impl Format {
             Self::GlslEs300 => "glsl-es-300",
             Self::Glsl410 => "glsl-410",
             Self::Wgsl => "wgsl",
+            Self::Mtoon => "vrm-mtoon",
         }
     }
 
@@ -41,6 +44,7 @@ impl Format {
             Self::GlslEs300 => "GLSL ES 3.00 functions (WebGL 2, OpenGL ES 3)",
             Self::Glsl410 => "GLSL 4.10 functions (OpenGL, Vulkan)",
             Self::Wgsl => "WGSL functions (WebGPU)",
+            Self::Mtoon => "VRM toon material (glTF JSON)",
         }
     }
 
@@ -51,6 +55,7 @@ impl Format {
             Self::GlslEs300 => "es300.glsl",
             Self::Glsl410 => "410.glsl",
             Self::Wgsl => "wgsl",
+            Self::Mtoon => "mtoon.json",
         }
     }
 
@@ -60,13 +65,22 @@ impl Format {
         match self {
             Self::GlslEs300 | Self::Glsl410 => "text/plain; charset=utf-8",
             Self::Wgsl => "text/wgsl; charset=utf-8",
+            Self::Mtoon => "application/json",
         }
     }
 
-    pub(crate) fn language(self) -> Language {
+    /// True if the format has painted materials only.
+    #[must_use]
+    pub fn is_of_painted(self) -> bool {
+        self.language().is_none()
+    }
+
+    /// Language of source code; `None` if the format is not source code.
+    pub(crate) fn language(self) -> Option<Language> {
         match self {
-            Self::GlslEs300 | Self::Glsl410 => Language::Glsl,
-            Self::Wgsl => Language::Wgsl,
+            Self::GlslEs300 | Self::Glsl410 => Some(Language::Glsl),
+            Self::Wgsl => Some(Language::Wgsl),
+            Self::Mtoon => None,
         }
     }
 }
@@ -89,6 +103,7 @@ mod tests {
             assert_eq!(format.name().parse(), Ok(format));
         }
         let error = "hlsl".parse::<Format>().unwrap_err();
-        assert_eq!(error.to_string(), "unknown format; known formats: glsl-es-300, glsl-410, wgsl");
+        let known = "unknown format; known formats: glsl-es-300, glsl-410, wgsl, vrm-mtoon";
+        assert_eq!(error.to_string(), known);
     }
 }

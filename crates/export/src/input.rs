@@ -1,7 +1,8 @@
 //! Inputs of a program from world directions, in f32: twins of `brood_brdf::Input::evaluate` with
-//! the same operations, so that swapping the directions changes no bit here either.
+//! the same operations, so that swapping the directions changes no bit here either. Inputs of a
+//! point and its lights are fields of structures.
 
-use brood_brdf::{Input, InputMask};
+use brood_brdf::{Input, InputMask, LightInput};
 use brood_genome::RANGE;
 
 use crate::source::let_line;
@@ -86,11 +87,14 @@ impl Part {
 }
 
 /// Reason why other inputs do not occur.
-const UNPAINTED: &str = "painted programs are refused before their inputs are printed";
+const OF_LIGHTS: &str = "inputs of lights are treated before";
 
 /// Name of an input in printed code.
-pub(crate) fn name(input: Input) -> &'static str {
-    match input {
+pub(crate) fn name(input: Input) -> String {
+    if let Some((light, quantity)) = input.light() {
+        return format!("{}_{light}", name_of_light_input(quantity));
+    }
+    let name = match input {
         Input::P1 => "p1",
         Input::U => "tex_u",
         Input::V => "tex_v",
@@ -114,12 +118,36 @@ pub(crate) fn name(input: Input) -> &'static str {
         Input::LogCosineProduct => "ln_cosine_product",
         Input::LogCosineSum => "ln_cosine_sum",
         Input::NormalDotHalf => "normal_dot_half",
-        _ => unreachable!("{UNPAINTED}"),
+        Input::NormalDotEye => "facing",
+        Input::Depth => "depth",
+        Input::NormalDotEyeStep => "facing_step",
+        Input::DepthStep => "depth_step",
+        Input::P2 => "p2_first",
+        Input::SmoothP4 => "p4_first",
+        _ => unreachable!("{OF_LIGHTS}"),
+    };
+    name.to_owned()
+}
+
+fn name_of_light_input(quantity: LightInput) -> &'static str {
+    match quantity {
+        LightInput::Cos => "cosine",
+        LightInput::Mirror => "mirror",
+        LightInput::Visibility => "visibility",
+        LightInput::Level => "level",
+        LightInput::Red => "red",
+        LightInput::Green => "green",
+        LightInput::Blue => "blue",
+        LightInput::CosStep => "cosine_step",
+        LightInput::MirrorStep => "mirror_step",
     }
 }
 
-/// Expression of an input, and the parts that it uses. 9.5e-7 is 2^-20, the lower bound of
-/// arguments of logarithms.
+/// Expression of an input of directions, and the parts that it uses. 9.5e-7 is 2^-20, the lower
+/// bound of arguments of logarithms.
+///
+/// # Panics
+/// For inputs of [`field`].
 fn definition(input: Input) -> (&'static str, &'static [Part]) {
     use Part::{
         CosI, CosO, HalfDotLight, P2, PaperI, PaperO, PaperP4, SinSquaredHalf, SmoothP4, Sum,
@@ -153,14 +181,47 @@ fn definition(input: Input) -> (&'static str, &'static [Part]) {
         Input::LogCosineProduct => ("log(max(cos_i * cos_o, 9.536743e-7))", &[CosI, CosO]),
         Input::LogCosineSum => ("log(max(cos_i + cos_o, 9.536743e-7))", &[CosI, CosO]),
         Input::NormalDotHalf => ("s.z / sqrt(max(dot(s, s), 9.094947e-13))", &[Sum]),
-        _ => unreachable!("{UNPAINTED}"),
+        Input::P2 => ("p2", &[P2]),
+        Input::SmoothP4 => ("p4", &[SmoothP4]),
+        _ => unreachable!("fields are not computed"),
     }
 }
 
-/// Lines that compute these inputs from `wi`, `wo`, `n`, `x`, `y` and `uv`.
+/// Expression of an input of a point `at` or of one of its `lights`; `None` if it is one of
+/// directions.
+fn field(input: Input) -> Option<String> {
+    if let Some((light, quantity)) = input.light() {
+        let color = |channel: &str| format!("lights[{light}].color.{channel}");
+        return Some(match quantity {
+            LightInput::Level => {
+                format!("max(max({}, {}), {})", color("x"), color("y"), color("z"))
+            }
+            LightInput::Red => color("x"),
+            LightInput::Green => color("y"),
+            LightInput::Blue => color("z"),
+            _ => format!("lights[{light}].{}", name_of_light_input(quantity)),
+        });
+    }
+    match input {
+        Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => {
+            Some(format!("at.{}", name(input)))
+        }
+        Input::Depth => Some("clamp(at.depth, -BROOD_RANGE, BROOD_RANGE)".to_owned()),
+        _ => None,
+    }
+}
+
+/// True if an input is one of directions or texture coordinates, not of a point and its lights.
+pub(crate) fn is_of_directions(input: Input) -> bool {
+    field(input).is_none()
+}
+
+/// Lines that compute these inputs from `wi`, `wo`, `n`, `x`, `y` and `uv`, or read them from the
+/// point `at` and its `lights`.
 pub(crate) fn lines(inputs: InputMask) -> String {
+    let of_directions = || inputs.iter().filter(|input| is_of_directions(*input));
     let mut needed: Vec<Part> =
-        inputs.iter().flat_map(|input| definition(input).1).copied().collect();
+        of_directions().flat_map(|input| definition(input).1).copied().collect();
     // Adds the parts that the needed parts use, until nothing new is found.
     let mut seen = 0;
     while seen < needed.len() {
@@ -173,7 +234,8 @@ pub(crate) fn lines(inputs: InputMask) -> String {
         text += &let_line(of, part.name(), expression);
     }
     for input in inputs.iter() {
-        text += &let_line("f32", name(input), definition(input).0);
+        let value = field(input).unwrap_or_else(|| definition(input).0.to_owned());
+        text += &let_line("f32", &name(input), &value);
     }
     text
 }
@@ -181,7 +243,14 @@ pub(crate) fn lines(inputs: InputMask) -> String {
 /// Bound of the magnitude of an input: 1.5 times its largest value, for f32 rounding and directions
 /// that are not exactly unit. `uv` is the bound of texture coordinates.
 pub(crate) fn bound(input: Input, uv: f32) -> f32 {
+    if input.light().is_some() {
+        return 1.6;
+    }
     match input {
+        Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => 1.6,
+        Input::Depth => RANGE,
+        Input::P2 => 3.2,
+        Input::SmoothP4 => 1.6,
         Input::U | Input::V => uv.min(RANGE),
         Input::SmoothP3 | Input::SmoothP5 | Input::SmoothP6 => 1.6,
         Input::PaperP3 | Input::PaperP5 | Input::PaperP6 => 1.6,
@@ -194,7 +263,7 @@ pub(crate) fn bound(input: Input, uv: f32) -> f32 {
         Input::LogCosineProduct | Input::LogCosineSum => 40.0,
         // At most 4 / 1e-3.
         Input::CosineDifference | Input::MirrorAsymmetry => 8192.0,
-        _ => unreachable!("{UNPAINTED}"),
+        _ => unreachable!("{OF_LIGHTS}"),
     }
 }
 
@@ -210,9 +279,10 @@ mod tests {
         for (place, part) in Part::ALL.into_iter().enumerate() {
             assert!(part.definition().2.iter().all(|used| Part::ALL[..place].contains(used)));
         }
-        let mut names: Vec<&str> = Input::symmetric().map(name).collect();
-        names.extend(Part::ALL.map(Part::name));
-        names.extend(["wi", "wo", "n", "x", "y", "uv", "models"]);
+        let mut names: Vec<String> = Input::ALL.into_iter().map(name).collect();
+        names.extend(Part::ALL.map(Part::name).map(str::to_owned));
+        let others = ["wi", "wo", "n", "x", "y", "uv", "models", "at", "lights"];
+        names.extend(others.map(str::to_owned));
         let count = names.len();
         names.sort_unstable();
         names.dedup();
@@ -229,7 +299,7 @@ mod tests {
             for wo in angles {
                 for phi in angles {
                     let pair = DirectionPair::new(direction(wi, 0.0), direction(wo, phi)).unwrap();
-                    for input in Input::symmetric() {
+                    for input in Input::ALL {
                         let value = input.evaluate(&pair, DVec2::new(0.25, 0.75));
                         let bound = f64::from(bound(input, 1.2));
                         assert!(1.5 * value.abs() < bound, "{input:?} is {value}");

@@ -14,11 +14,13 @@ pub(crate) enum Language {
 
 /// Words of the source form in GLSL, replaced in this order. `quarter` is an integer; all other
 /// arguments of that bitcast are numbers.
-const WORDS: [(&str, &str); 9] = [
+const WORDS: [(&str, &str); 11] = [
     ("bitcast<u32>(quarter)", "uint(quarter)"),
     ("bitcast<u32>", "floatBitsToUint"),
     ("bitcast<f32>", "uintBitsToFloat"),
     ("bitcast<i32>", "int"),
+    ("dpdx", "dFdx"),
+    ("dpdy", "dFdy"),
     ("vec2f", "vec2"),
     ("vec3f", "vec3"),
     ("f32", "float"),
@@ -124,9 +126,13 @@ fn glsl_of_structure(line: &str) -> String {
     }
 }
 
-/// `name: T` as `T name`.
+/// `name: T` as `T name`, and `name: array<T,N>` as `T[N] name`.
 fn glsl_of_name(declaration: &str) -> String {
     let (name, of) = declaration.split_once(": ").expect("declarations have a type");
+    let array = of.strip_prefix("array<").and_then(|rest| rest.strip_suffix('>')?.split_once(','));
+    if let Some((of, length)) = array {
+        return format!("{}[{length}] {name}", glsl_of_words(of));
+    }
     format!("{} {name}", glsl_of_words(of))
 }
 
@@ -191,6 +197,12 @@ mod tests {
                 "vec3 f(BroodPair p, vec2 a, int k) {",
                 "fn f(p: BroodPair, a: vec2f, k: i32) -> vec3f {",
             ),
+            (
+                "fn f(a: S, b: array<S,2>) -> f32 {",
+                "float f(S a, S[2] b) {",
+                "fn f(a: S, b: array<S,2>) -> f32 {",
+            ),
+            ("  return dpdx(a);", "  return dFdx(a);", "  return dpdx(a);"),
             ("struct S {\n  a: f32,\n}", "struct S {\n  float a;\n};", "struct S {\n  a: f32,\n}"),
             (
                 "var<private> t: array<f32, 64> = array<f32, 64>(",

@@ -1,6 +1,7 @@
 //! Export of programs as shader source code (GLSL and WGSL) for other renderers.
 //!
-//! [`export`] prints a module for a `brood_program::Program` in a [`Format`]. [`conformance`] has
+//! [`export`] prints a module for a BRDF's `brood_program::Program` in a [`Format`], [`print`] any
+//! export of any material: painted ones become a function `styled`. [`conformance`] has
 //! test cases and error bounds for backends that run exported models. The crate does not depend on
 //! files or routes.
 //!
@@ -22,13 +23,19 @@
 
 mod body;
 pub mod conformance;
+mod error;
 mod format;
 mod input;
 mod language;
 mod library;
 mod model;
 mod module;
+mod mtoon;
+mod print;
 mod source;
+mod style;
 
+pub use error::PrintError;
 pub use format::{Format, FormatError};
 pub use module::{export, export_within};
+pub use print::{Within, print};

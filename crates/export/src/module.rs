@@ -27,7 +27,8 @@ use crate::{body, input, library};
 /// in [`crate::conformance`].
 ///
 /// # Panics
-/// If the program is painted: it is not a BRDF.
+/// If the program is painted, which is not a BRDF, or the format is not a language: see
+/// [`print`](crate::print).
 #[must_use]
 pub fn export(program: &Program, format: Format) -> String {
     export_within(program, format, RANGE)
@@ -48,17 +49,16 @@ pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
     }
     text += &evolved_program(program, uv);
     text += &evolved(program);
-    let text = library::functions(&text) + &text;
+    let language = format.language().expect("BRDFs are exported in a language");
+    assembled(&head(program, &layers, format, uv), &text, language)
+}
+
+/// Puts the library functions that a text calls before it, and the constants before these.
+pub(crate) fn assembled(head: &str, text: &str, language: Language) -> String {
+    let text = library::functions(text) + text;
     let constants = library::constants(|name| text.contains(name));
-    let language = format.language();
-    [
-        &head(program, &layers, format, uv),
-        &language.translate(&constants),
-        "\n",
-        language.zero(),
-        &language.translate(&text),
-    ]
-    .concat()
+    [head, &language.translate(&constants), "\n", language.zero(), &language.translate(&text)]
+        .concat()
 }
 
 fn evolved_program(program: &Program, uv: f32) -> String {
@@ -82,12 +82,12 @@ fn evolved(program: &Program) -> String {
              fn evolved(wi: vec3f, wo: vec3f, n: vec3f, x: vec3f, y: vec3f, uv: vec2f) -> vec3f {\n"
         .to_owned();
     text += &input::lines(program.inputs());
-    let mut arguments: Vec<&str> = program.inputs().iter().map(input::name).collect();
+    let mut arguments: Vec<String> = program.inputs().iter().map(input::name).collect();
     if !program.layers().is_empty() {
         let local = |w: &str| format!("vec3f(dot({w}, x), dot({w}, y), dot({w}, n))");
         let models = format!("evolved_models({}, {})", local("wi"), local("wo"));
         text += &let_line("vec3f", "models", &models);
-        arguments.push("models");
+        arguments.push("models".to_owned());
     }
     writeln!(text, "  return evolved_program({});\n}}", arguments.join(", "))
         .expect("a string takes everything");
@@ -95,26 +95,32 @@ fn evolved(program: &Program) -> String {
 }
 
 fn head(program: &Program, layers: &Layers<'_>, format: Format, uv: f32) -> String {
-    let precision = match (format, format.language()) {
-        (Format::GlslEs300, _) => "precision highp float;\nprecision highp int;\n\n",
-        (_, Language::Glsl | Language::Wgsl) => "",
-    };
-    let within = if uv < RANGE {
-        format!("// Texture positions from {} to {uv} only.\n", -uv)
-    } else {
-        String::new()
-    };
     let properties = match layers.are_reciprocal() {
         true => "reciprocal and never negative",
         false => "never negative, but not reciprocal because one of its models is not",
     };
     format!(
         "// A material bred by brood: {properties}, for any directions.\n\
-         // Program {}, {} operations. {}.\n{within}\n{precision}",
+         // Program {}, {} operations. {}.\n{}",
         program.hash(),
         program.operations(),
-        format.label()
+        format.label(),
+        preamble(format, uv),
     )
+}
+
+/// Last lines of the header comment, and precision statements.
+pub(crate) fn preamble(format: Format, uv: f32) -> String {
+    let precision = match format {
+        Format::GlslEs300 => "precision highp float;\nprecision highp int;\n\n",
+        Format::Glsl410 | Format::Wgsl | Format::Mtoon => "",
+    };
+    let within = if uv < RANGE {
+        format!("// Texture positions from {} to {uv} only.\n", -uv)
+    } else {
+        String::new()
+    };
+    format!("{within}\n{precision}")
 }
 
 #[cfg(test)]
@@ -122,7 +128,7 @@ mod tests {
     use brood_genome::{BirthKey, Dialect, Genome, ModelKind, OpcodeSet, Output, Variation};
 
     use super::*;
-    use crate::conformance;
+    use crate::{Within, conformance, print};
 
     fn programs() -> Vec<Program> {
         let mut programs: Vec<Program> = [OpcodeSet::Paper, OpcodeSet::Extended]
@@ -157,8 +163,12 @@ mod tests {
 
     #[test]
     fn wgsl_modules_are_valid_for_any_program() {
-        for program in programs() {
-            let text = export(&program, Format::Wgsl);
+        let programs = programs().into_iter().map(|program| export(&program, Format::Wgsl));
+        let styles = conformance::styles();
+        let styles = (1..=8).cycle().zip(&styles).map(|(lights, style)| {
+            print(style, Format::Wgsl, Within { lights, ..Within::default() }).unwrap()
+        });
+        for text in programs.chain(styles) {
             let module = naga::front::wgsl::parse_str(&text);
             let module = module.unwrap_or_else(|e| panic!("{}\n{text}", e.emit_to_string(&text)));
             let mut validator = naga::valid::Validator::new(

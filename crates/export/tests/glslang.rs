@@ -9,7 +9,7 @@
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use brood_export::{Format, conformance, export};
+use brood_export::{Format, Within, conformance, export, print};
 use brood_genome::{BirthKey, Dialect, Genome, ModelKind, OpcodeSet, Output, Variation};
 use brood_program::Program;
 
@@ -59,6 +59,15 @@ fn refusal(compiler: &str, source: &str) -> Option<String> {
     (!output.status.success()).then_some(said)
 }
 
+/// Call of `styled` through the helpers.
+fn call_of_style(lights: usize) -> String {
+    let frame = "vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)";
+    let eye = "normalize(vec3(gl_FragCoord.xy, 1.0))";
+    let light = format!("styled_light(vec3(0.0, 0.6, 0.8), vec3(1.0), 0.5, {eye}, {frame})");
+    let lights = format!("StyledLight[{lights}]({})", vec![light; lights].join(", "));
+    format!("styled(styled_point({eye}, {frame}, 0.5, vec2(0.25, 0.5)), {lights})")
+}
+
 #[test]
 fn exports_are_accepted_by_the_reference_compiler() {
     let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
@@ -66,13 +75,22 @@ fn exports_are_accepted_by_the_reference_compiler() {
     };
     let call = "evolved(vec3(0.0, 0.6, 0.8), vec3(0.6, 0.0, 0.8), vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), \
                 vec3(0.0, 1.0, 0.0), vec2(0.25, 0.5))";
-    let main = format!("out vec4 color;\nvoid main() {{ color = vec4({call}, 1.0); }}\n");
-    for program in programs() {
-        for (format, version) in [(Format::GlslEs300, "300 es"), (Format::Glsl410, "410 core")] {
-            let source = format!("#version {version}\n{}\n{main}", export(&program, format));
-            if let Some(said) = refusal(&compiler, &source) {
-                panic!("{said}\n{source}");
-            }
+    let mut sources = Vec::new();
+    for (format, version) in [(Format::GlslEs300, "300 es"), (Format::Glsl410, "410 core")] {
+        let source = |code: &str, color: &str| {
+            format!(
+                "#version {version}\n{code}\nout vec4 color;\nvoid main() {{ color = vec4({color}, 1.0); }}\n"
+            )
+        };
+        sources.extend(programs().iter().map(|one| source(&export(one, format), call)));
+        for (lights, style) in (1..=8).cycle().zip(&conformance::styles()) {
+            let code = print(style, format, Within { lights, ..Within::default() }).unwrap();
+            sources.push(source(&code, &call_of_style(lights)));
+        }
+    }
+    for source in sources {
+        if let Some(said) = refusal(&compiler, &source) {
+            panic!("{said}\n{source}");
         }
     }
     assert!(

@@ -1,10 +1,12 @@
 //! Tests of exported WGSL on the available adapter, by value: models against the suite of
-//! `brood_export::conformance`, programs with layers against the canonical evaluator. Skipped
-//! without an adapter, like other tests of evaluators.
+//! `brood_export::conformance`, programs with layers and styles against the canonical evaluator.
+//! Skipped without an adapter, like other tests of evaluators.
 
-use brood_eval::{CanonicalEvaluator, Evaluator, conformance::layered_programs};
-use brood_export::conformance::{ErrorTally, cases, pairs};
-use brood_export::{Format, export};
+use brood_brdf::{Input, Lighting};
+use brood_eval::conformance::{layered_programs, lit_points};
+use brood_eval::{CanonicalEvaluator, Evaluator};
+use brood_export::conformance::{ErrorTally, cases, pairs, styles};
+use brood_export::{Format, Within, export, print};
 use brood_genome::ModelKind;
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -35,29 +37,41 @@ fn device() -> Option<Device> {
 
 /// Returns f of each row, by the function `evolved` of a module in the local frame.
 fn run(device: &Device, module: &str, rows: &[[f32; ROW]]) -> Vec<[f32; 3]> {
-    let text = format!(
-        "{module}
+    let call = "evolved(vec3f(row(0u), row(1u), row(2u)), vec3f(row(3u), row(4u), row(5u)), \
+                vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), \
+                vec2f(row(6u), row(7u)))";
+    run_rows(device, &format!("{module}{}", main_of(call, ROW)), rows.as_flattened(), ROW)
+}
+
+/// Entry point that calls a function of `row(k)`, the numbers of a row.
+fn main_of(call: &str, width: usize) -> String {
+    format!(
+        "
 @group(0) @binding(1) var<storage, read> rows: array<f32>;
 @group(0) @binding(3) var<storage, read_write> values: array<f32>;
+var<private> first: u32;
+fn row(k: u32) -> f32 {{ return rows[first + k]; }}
 @compute @workgroup_size({LANES})
 fn {ENTRY_POINT}(@builtin(global_invocation_id) id: vec3u) {{
-  let k = {ROW}u * id.x;
-  if (k >= arrayLength(&rows)) {{ return; }}
-  let wi = vec3f(rows[k], rows[k + 1u], rows[k + 2u]);
-  let wo = vec3f(rows[k + 3u], rows[k + 4u], rows[k + 5u]);
-  let uv = vec2f(rows[k + 6u], rows[k + 7u]);
-  let f = evolved(wi, wo, vec3f(0.0, 0.0, 1.0), vec3f(1.0, 0.0, 0.0), vec3f(0.0, 1.0, 0.0), uv);
+  first = {width}u * id.x;
+  if (first >= arrayLength(&rows)) {{ return; }}
+  let f = {call};
   values[3u * id.x] = f.x;
   values[3u * id.x + 1u] = f.y;
   values[3u * id.x + 2u] = f.z;
 }}
 "
-    );
+    )
+}
+
+/// Runs a shader on rows of `width` numbers.
+fn run_rows(device: &Device, text: &str, rows: &[f32], width: usize) -> Vec<[f32; 3]> {
+    let count = rows.len() / width;
     let layout = bind_group_layout(&device.api, Kernel::Reflectance);
-    let pipeline = build_pipeline(device, &layout, &text, Guard::Plain).unwrap();
+    let pipeline = build_pipeline(device, &layout, text, Guard::Plain).unwrap();
     let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
     let bytes = |count: usize| u64::try_from(4 * count).unwrap();
-    let (input, output) = (bytes(ROW * rows.len()), bytes(3 * rows.len()));
+    let (input, output) = (bytes(rows.len()), bytes(3 * count));
     let zero = device.buffer("zero", 16, wgpu::BufferUsages::UNIFORM);
     let unread = device.buffer("unread", 16, usage);
     let directions = device.buffer("directions", input, usage);
@@ -82,7 +96,7 @@ fn {ENTRY_POINT}(@builtin(global_invocation_id) id: vec3u) {{
     let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
     pass.set_pipeline(&pipeline);
     pass.set_bind_group(0, &group, &[]);
-    pass.dispatch_workgroups(u32::try_from(rows.len().div_ceil(LANES)).unwrap(), 1, 1);
+    pass.dispatch_workgroups(u32::try_from(count.div_ceil(LANES)).unwrap(), 1, 1);
     drop(pass);
     encoder.copy_buffer_to_buffer(&values, 0, &answer, 0, output);
     let submission = device.queue.submit([encoder.finish()]);
@@ -119,6 +133,38 @@ fn exported_models_are_near_the_reference_and_reciprocal() {
         }
         println!("{kind}: {:?}", tally.summary());
         tally.check();
+    }
+}
+
+/// Given the same inputs, exported styles have the canonical bits where the adapter rounds each
+/// operation; one that fuses some stays near.
+#[test]
+fn exported_styles_have_the_colours_of_the_canonical_evaluator() {
+    let Some(device) = device() else { return };
+    for (lights, style) in (1..=8).cycle().zip(&styles()) {
+        let lighting = Lighting { lights, has_shadows: true };
+        let set = lit_points(lights as u64, PAIRS, lighting);
+        let inputs: Vec<Input> = style.painted(lighting).inputs().iter().collect();
+        let width = inputs.len().max(1);
+        let columns: Vec<&[f32]> = inputs.iter().map(|input| set.input(*input)).collect();
+        let mut rows = vec![0.0; width * PAIRS];
+        for (k, row) in rows.chunks_exact_mut(width).enumerate() {
+            row.iter_mut().zip(&columns).for_each(|(number, column)| *number = column[k]);
+        }
+        let arguments: Vec<String> = (0..inputs.len()).map(|k| format!("row({k}u)")).collect();
+        let call = format!("styled_program({})", arguments.join(", "));
+        let module = print(style, Format::Wgsl, Within { lights, ..Within::default() }).unwrap();
+        let text = format!("{module}{}", main_of(&call, width));
+        let found = run_rows(&device, &text, &rows, width);
+        let mut wanted = Vec::new();
+        CanonicalEvaluator::default().eval(&[style], &set, &mut wanted).unwrap();
+        for (k, found) in found.iter().enumerate() {
+            for channel in 0..3 {
+                let wanted = wanted[channel * PAIRS + k];
+                let apart = (found[channel] - wanted).abs();
+                assert!(apart < 1e-3, "{lights} lights, point {k}: {found:?} {wanted}\n{module}");
+            }
+        }
     }
 }
 

@@ -46,6 +46,9 @@ pub enum EnvironmentError {
     Pixel(usize),
 }
 
+/// Root of the number of directions whose mean is that of an environment.
+pub(crate) const MEAN_SIDE: u32 = 32;
+
 /// Radiance from every direction, constant over each pixel of an equirectangular image.
 ///
 /// The upper edge is +y, the middle of the image -z, and +x a quarter of the width to the right of
@@ -145,6 +148,19 @@ impl EnvironmentMap {
     #[must_use]
     pub fn radiance(&self, direction: DVec3) -> [f64; 3] {
         self.grid.radiance(direction)
+    }
+
+    /// Mean of directions drawn in proportion to luminance, normalized; `None` if they cancel.
+    #[must_use]
+    pub fn mean_direction(&self) -> Option<DVec3> {
+        (self.sum_of_directions() / f64::from(MEAN_SIDE * MEAN_SIDE)).try_normalize()
+    }
+
+    /// Sum of `MEAN_SIDE` squared directions drawn in proportion to luminance.
+    pub(crate) fn sum_of_directions(&self) -> DVec3 {
+        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(MEAN_SIDE);
+        let points = (0..MEAN_SIDE).flat_map(|x| (0..MEAN_SIDE).map(move |y| [at(x), at(y)]));
+        points.filter_map(|point| self.draw(point)).map(|(direction, _)| direction).sum()
     }
 
     /// Mean radiance over all directions.

@@ -13,8 +13,8 @@ use async_stream::try_stream;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_export::Format;
-use brood_genome::{GenomeHash, RANGE};
+use brood_export::{Format, Within, print};
+use brood_genome::GenomeHash;
 use brood_protocol::{IndividualId, PictureFormat, SceneId};
 use brood_scene::{PictureSize, Sampling};
 use brood_storage::StoredIndividual;
@@ -79,12 +79,17 @@ pub async fn get(
     let mut taken = HashSet::new();
     for one in individuals {
         let name = unique(&mut taken, &lineages[&one.lineage].name, one.hash);
-        let is_painted = app.library.material(one.hash).await?.genome.is_painted();
+        let material = app.library.material(one.hash).await?;
         for format in &formats {
             let name = format!("{name}.{}", format.ending());
             let what = match format {
-                // Source code is of BRDFs.
-                Kind::Source(_) if is_painted => continue,
+                // Not each material is one of each format.
+                Kind::Source(format)
+                    if format.is_of_painted()
+                        && print(&material.program, *format, Within::default()).is_err() =>
+                {
+                    continue;
+                }
                 Kind::Brood => What::Text(one.hash),
                 Kind::Source(format) => What::Source(one.hash, *format, query.energy_limit),
                 Kind::Picture(format) => {
@@ -280,7 +285,7 @@ async fn made(app: &App, what: What) -> Result<Bytes, ApiError> {
     match what {
         What::Text(hash) => Ok(app.library.material(hash).await?.genome.to_string().into()),
         What::Source(hash, format, limited) => {
-            Ok(export::text(app, hash, format, limited, RANGE).await?.into())
+            Ok(export::text(app, hash, format, limited, Within::default()).await?.into())
         }
         What::Picture(one, view) => {
             let framed = app.library.frame(view).await?;

@@ -5,7 +5,7 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_eval::express;
-use brood_export::{Format, export_within};
+use brood_export::{Format, PrintError, Within};
 use brood_genome::{GenomeHash, RANGE};
 use brood_protocol::IndividualId;
 use http::{HeaderMap, HeaderValue, Request, header};
@@ -14,7 +14,6 @@ use serde::Deserialize;
 use super::file::FileHead;
 use super::genome;
 use crate::extract::{Path, Query, read_upload};
-use crate::library::check_brdf;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -33,6 +32,8 @@ pub struct ExportFormat {
     extension: &'static str,
     /// Media type of the file.
     media_type: &'static str,
+    /// True if only painted materials can be exported in the format.
+    painted: bool,
 }
 
 /// Lists the export formats.
@@ -44,6 +45,7 @@ pub async fn formats() -> Json<Vec<ExportFormat>> {
         label: format.label(),
         extension: format.extension(),
         media_type: format.media_type(),
+        painted: format.is_of_painted(),
     });
     Json(formats.collect())
 }
@@ -58,21 +60,30 @@ pub struct ExportQuery {
     /// Largest absolute texture coordinate that the code must handle, 0 to 65504; smaller ranges
     /// need fewer clamps.
     uv_within: Option<f32>,
+    /// Number of lights of the function of a painted material, 1 to 8; default 1.
+    lights: Option<usize>,
 }
 
 impl ExportQuery {
-    /// Returns the bound on texture coordinates.
-    fn within(&self) -> Result<f32, ApiError> {
-        let within = self.uv_within.unwrap_or(RANGE);
-        if (0.0..=RANGE).contains(&within) {
-            return Ok(within);
+    /// Returns what the code must handle.
+    fn within(&self) -> Result<Within, ApiError> {
+        let uv = self.uv_within.unwrap_or(RANGE);
+        if !(0.0..=RANGE).contains(&uv) {
+            return Err(ApiError::bad_parameter("uv_within", "must be 0 to 65504"));
         }
-        Err(ApiError::bad_parameter("uv_within", "must be 0 to 65504"))
+        Ok(Within { uv, lights: self.lights.unwrap_or(1) })
     }
 }
 
 fn parse_format(name: &str) -> Result<Format, ApiError> {
     name.parse().map_err(|error| ApiError::not_found(format!("{error}")))
+}
+
+fn refused(error: PrintError) -> ApiError {
+    match error {
+        PrintError::Lights(_) => ApiError::bad_parameter("lights", "must be 1 to 8"),
+        _ => ApiError::refused(error.to_string()),
+    }
 }
 
 /// Returns a genome as source code, without storing it.
@@ -90,13 +101,13 @@ pub async fn print(
     let types = ["application/json", genome::TEXT];
     let (content_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
     let is_text = content_type.is(genome::TEXT);
-    let print = move || -> Result<String, ApiError> {
+    let text = move || -> Result<String, ApiError> {
         let genome = genome::parse(&bytes, is_text)?;
-        check_brdf(&genome)?;
         let limited = query.energy_limit.unwrap_or(genome.is_limited());
-        Ok(export_within(&express(&genome.with_limit(limited)), format, within))
+        let program = express(&genome.with_limit(limited));
+        brood_export::print(&program, format, within).map_err(refused)
     };
-    let text = app.processors.run(print).await??;
+    let text = app.processors.run(text).await??;
     let content_type = (header::CONTENT_TYPE, format.media_type());
     Ok(([content_type, (header::CACHE_CONTROL, "no-store")], text).into_response())
 }
@@ -129,27 +140,27 @@ pub async fn get(
 /// Returns a stored genome as source code.
 ///
 /// # Errors
-/// [`ApiError`] if the genome cannot be read.
+/// [`ApiError`] if the genome cannot be read, or the format cannot carry it.
 pub(super) async fn text(
     app: &App,
     hash: GenomeHash,
     format: Format,
     energy_limit: Option<bool>,
-    within: f32,
+    within: Within,
 ) -> Result<String, ApiError> {
-    let material = app.library.brdf(hash).await?;
+    let material = app.library.material(hash).await?;
     let limited = energy_limit.unwrap_or(material.genome.is_limited());
     let is_as_bred = limited == material.genome.is_limited();
     if is_as_bred && material.program.layers().is_empty() {
-        return Ok(export_within(&material.program, format, within));
+        return brood_export::print(&material.program, format, within).map_err(refused);
     }
     // The limit needs a numeric search, and models with tables take milliseconds to prepare.
-    let print = move || {
+    let text = move || {
         if is_as_bred {
-            return export_within(&material.program, format, within);
+            return brood_export::print(&material.program, format, within);
         }
         let program = express(&material.genome.clone().with_limit(limited));
-        export_within(&program, format, within)
+        brood_export::print(&program, format, within)
     };
-    app.processors.run(print).await
+    app.processors.run(text).await?.map_err(refused)
 }

@@ -1,16 +1,19 @@
 //! Files of lights: IES profiles and environment images, parsed as a check and stored unchanged.
 
+use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
-use axum::response::Response;
+use axum::response::{IntoResponse, Response};
 use brood_eval::decode_environment;
-use brood_light::IesProfile;
+use brood_light::{BuiltinEnvironment, IesProfile};
 use brood_protocol::{LightAssetAnswer, LightAssetKind};
-use http::{Request, StatusCode};
+use http::{Request, StatusCode, header};
 
 use super::create_once;
-use crate::extract::read_upload;
+use super::file::IMMUTABLE;
+use crate::extract::{Path, read_upload};
 use crate::idempotency::IdempotencyKey;
+use crate::lighting;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -37,6 +40,36 @@ pub async fn create_environment(
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
     ENVIRONMENT.store(&app, key, request).await
+}
+
+/// Environment as painted materials see it: light from one direction.
+#[derive(Debug, Clone, serde::Serialize, utoipa::ToSchema)]
+pub struct EnvironmentMean {
+    /// Mean radiance in pixel values, red, green and blue.
+    radiance: [f64; 3],
+    /// Mean direction to the light, weighted by luminance, of the unrotated environment; absent if
+    /// the directions cancel.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    direction: Option<[f64; 3]>,
+}
+
+/// Returns the mean light of a built-in or uploaded environment.
+#[utoipa::path(get, path = "/v1/environments/{image}/mean", tag = "lights",
+    params(("image" = String, Path, description = "name of a built-in environment, or id of an image")),
+    responses((status = 200, body = EnvironmentMean)))]
+pub async fn environment_mean(
+    State(app): State<App>,
+    Path(image): Path<String>,
+) -> Result<impl IntoResponse, ApiError> {
+    let map = match BuiltinEnvironment::from_name(&image) {
+        Some(builtin) => app.processors.run(move || builtin.map()).await?,
+        None => lighting::environment(&app.store, &image).await?,
+    };
+    let mean = EnvironmentMean {
+        radiance: map.mean(),
+        direction: map.mean_direction().map(|direction| direction.to_array()),
+    };
+    Ok(([(header::CACHE_CONTROL, IMMUTABLE)], Json(mean)))
 }
 
 /// Kind of an upload and its limits.

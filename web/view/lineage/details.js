@@ -112,7 +112,7 @@ function Centre() {
       ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}
       ${layers && html`<${EditButtons} />`}
       ${painted && effects.length > 0 && html`<${Effects} of=${effects} />`}
-      ${painted && html`<p class="small" data-testid="painted-note">A painted material is not a BRDF: it has no reflectance to inspect, to search from or to export as code.</p>`}
+      ${painted && html`<p class="small" data-testid="painted-note">A painted material is not a BRDF: it has no reflectance to inspect or to search from.</p>`}
       <button type="button" class="start" data-testid="inspect" disabled=${painted} title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
       ${birthOf(of.id) && html`<button type="button" class="start" data-testid="cover" aria-pressed=${lineageStore.lineage.value?.cover_individual === of.id} title="Show this picture in the list of lineages" onClick=${() => toggleOwnCover(of.id)}>Cover of this lineage</button>`}
       <button type="button" class="start" data-testid="search-from" disabled=${painted} title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>

@@ -22,14 +22,24 @@ import { viewStore } from "../store.js";
  * @typedef {{of: Individual, name: string, place: Place, isElsewhere?: boolean}} Exported
  */
 
+/** Formats that a BRDF, or a painted material, may have. @param {boolean} painted */
+const formatsFor = (painted) => lineageStore.exportFormats.value.filter((format) => painted || !format.painted);
+
+/** Number of lights for which a painted material is exported: those of the screen. */
+const lightCount = () => Math.min(8, Math.max(1, sceneStore.scene.value?.lights?.length ?? 1));
+
 /** @param {Exported} props */
-const SourceCode = ({ of, name, place }) => html`
-  ${lineageStore.exportFormats.value.map((format) => html`
-    <li key=${format.name}><${Download} id=${`export-${format.name}`} text=${format.label} name=${fileName(name, of.hash, format.extension)} place=${place}
-      path=${() => `/v1/individuals/${of.id}/exports/${format.name}?energy_limit=${viewStore.limitedExports.value}`} /></li>
-  `)}
-  <li><${Switch} id="export-limited" name="Energy-conserving code" on=${viewStore.limitedExports.value} title="Divides exported functions by their largest albedo where that is above 1 (energy limit). Off: as bright as on the screen." onInput=${(/** @type {boolean} */ on) => (viewStore.limitedExports.value = on)} /></li>
-`;
+function SourceCode({ of, name, place }) {
+  const painted = isPainted(lineageStore.genomes.value.get(of.hash));
+  const query = () => (painted ? `lights=${lightCount()}` : `energy_limit=${viewStore.limitedExports.value}`);
+  return html`
+    ${formatsFor(painted).map((format) => html`
+      <li key=${format.name}><${Download} id=${`export-${format.name}`} text=${format.label} name=${fileName(name, of.hash, format.extension)} place=${place}
+        path=${() => `/v1/individuals/${of.id}/exports/${format.name}?${query()}`} /></li>
+    `)}
+    ${!painted && html`<li><${Switch} id="export-limited" name="Energy-conserving code" on=${viewStore.limitedExports.value} title="Divides exported functions by their largest albedo where that is above 1 (energy limit). Off: as bright as on the screen." onInput=${(/** @type {boolean} */ on) => (viewStore.limitedExports.value = on)} /></li>`}
+  `;
+}
 
 /** @param {{name: "width"|"height"}} props */
 const SideOfPicture = ({ name }) => html`
@@ -87,9 +97,7 @@ export function Exports({ of, name, within, place, isElsewhere = false }) {
       <summary>Export</summary>
       <ul>
         <li><${Download} id="export-brood" text=".brood, the genome as text" name=${fileName(name, of.hash, "brood")} place=${place} path=${() => `/v1/genomes/${of.hash}`} accept="text/x-brood" /></li>
-        ${isPainted(lineageStore.genomes.value.get(of.hash))
-          ? html`<li class="small" data-testid="no-code">No code: a painted material is not a BRDF.</li>`
-          : html`<${SourceCode} ...${shared} />`}
+        <${SourceCode} ...${shared} />
         <li><${Download} id="export-apng" text="Animated PNG, light orbit" name=${fileName(name, of.hash, "apng")} place=${place} path=${() => `/v1/individuals/${of.id}/render.apng?size=256&frames=24&seconds=4${inScene}`} /></li>
         <li><${Download} id="export-strip" text="PNG strip of 24 pictures" name=${fileName(name, of.hash, "strip.png")} place=${place} path=${() => `/v1/individuals/${of.id}/strip.png?size=128&frames=24${inScene}`} /></li>
         <${Pictures} ...${shared} />

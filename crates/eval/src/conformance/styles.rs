@@ -113,6 +113,49 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
     hard_samples(seed, size).with_lights(lighting, columns)
 }
 
+/// Returns styles whose colours are the weights of a genome's palette: the light effect alone, each
+/// of its colours once white among black ones.
+///
+/// # Panics
+/// If the genome is not painted.
+#[must_use]
+pub fn weight_probes(genome: &Genome) -> Vec<Program> {
+    let light = &genome.effects()[0];
+    let palette = light.palette().expect("the first effect is light");
+    let count = palette.colors().len();
+    let probe = |white: usize| {
+        let colors = (0..count).map(|at| [if at == white { 255 } else { 0 }; 3]).collect();
+        let palette = Palette::new(Some(colors), Some(palette.edges().to_vec()))
+            .expect("the edges are those of a palette");
+        let light = Effect::new(light.kind(), light.values().clone(), Some(palette))
+            .expect("the values are those of an effect");
+        let constants = Box::new(*genome.constants());
+        let instructions = genome.instructions().to_vec();
+        let probe = Genome::painted(*genome.dialect(), instructions, constants, vec![light]);
+        Program::lower(&probe.expect("the first effect is light"))
+    };
+    (0..count).map(probe).collect()
+}
+
+/// Returns the least and the largest value of each channel of a painted genome's colours.
+#[must_use]
+pub fn color_bounds(genome: &Genome) -> [(f32, f32); 3] {
+    let mut all: Vec<[f64; 3]> = Vec::new();
+    for effect in genome.effects() {
+        match effect.palette() {
+            Some(palette) => all.extend(
+                palette.colors().iter().map(|color| color.map(|code| f64::from(code) / 255.0)),
+            ),
+            None => all.push(effect.color("color")),
+        }
+    }
+    [0, 1, 2].map(|channel| {
+        let values = all.iter().map(|color| color[channel] as f32);
+        let low = values.clone().fold(f32::INFINITY, f32::min);
+        (low, values.fold(0.0, f32::max))
+    })
+}
+
 /// Checks colours: within [0, 1]; of an exact evaluator, also every bit.
 pub(super) fn check(evaluator: &dyn Evaluator) {
     let styles: Vec<Program> = (0..40).map(|seed| Program::lower(&wild_style(seed))).collect();

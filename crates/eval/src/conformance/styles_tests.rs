@@ -13,62 +13,24 @@ fn colors(programs: &[Program], set: &SampleSet) -> Vec<Vec<f32>> {
     out.chunks(3 * set.len()).map(<[f32]>::to_vec).collect()
 }
 
-fn with_palette(genome: &Genome, colors: Vec<[u8; 3]>) -> Genome {
-    let effects = genome.effects().iter().map(|effect| {
-        let palette = effect.palette().map(|palette| {
-            Palette::new(Some(colors.clone()), Some(palette.edges().to_vec())).unwrap()
-        });
-        Effect::new(effect.kind(), effect.values().clone(), palette).unwrap()
-    });
-    let constants = Box::new(*genome.constants());
-    Genome::painted(*genome.dialect(), genome.instructions().to_vec(), constants, effects.collect())
-        .unwrap()
-}
-
-/// The light effect alone, so that the colour of a point is the weight of the only white colour.
-fn light_alone(genome: &Genome) -> Genome {
-    let constants = Box::new(*genome.constants());
-    let light = vec![genome.effects()[0].clone()];
-    Genome::painted(*genome.dialect(), genome.instructions().to_vec(), constants, light).unwrap()
-}
-
 #[test]
 fn weights_of_a_palette_sum_to_one() {
     for seed in 0..200 {
-        let genome = light_alone(&wild_style(seed));
+        let genome = wild_style(seed);
         let lighting = LIGHTINGS[seed as usize % LIGHTINGS.len()];
         let set = lit_points(seed, 64, lighting);
-        let count = genome.effects()[0].palette().unwrap().colors().len();
-        let probes: Vec<Program> = (0..count)
-            .map(|white| {
-                let probe = (0..count).map(|at| [if at == white { 255 } else { 0 }; 3]).collect();
-                Program::lower(&with_palette(&genome, probe))
-            })
-            .collect();
+        let probes = weight_probes(&genome);
         let weights = colors(&probes, &set);
         for at in 0..3 * set.len() {
-            let sum: f32 = weights.iter().map(|weights| weights[at]).sum();
+            let of_value = weights.iter().map(|weights| weights[at]);
+            assert!(
+                of_value.clone().all(|weight| weight >= 0.0),
+                "seed {seed} value {at}\n{genome}"
+            );
+            let sum: f32 = of_value.sum();
             assert!((sum - 1.0).abs() <= WEIGHT_ERROR, "seed {seed} value {at}: {sum}\n{genome}");
         }
     }
-}
-
-/// Bounds of the channels of all colours of a genome.
-fn bounds(genome: &Genome) -> [(f32, f32); 3] {
-    let mut all: Vec<[f64; 3]> = Vec::new();
-    for effect in genome.effects() {
-        match effect.palette() {
-            Some(palette) => all.extend(
-                palette.colors().iter().map(|color| color.map(|code| f64::from(code) / 255.0)),
-            ),
-            None => all.push(effect.color("color")),
-        }
-    }
-    [0, 1, 2].map(|channel| {
-        let values = all.iter().map(|color| color[channel] as f32);
-        let low = values.clone().fold(f32::INFINITY, f32::min);
-        (low, values.fold(0.0, f32::max))
-    })
 }
 
 #[test]
@@ -77,7 +39,7 @@ fn colours_stay_in_the_box_of_the_control_colours() {
         let genome = wild_style(seed);
         let set = lit_points(seed, 64, LIGHTINGS[seed as usize % LIGHTINGS.len()]);
         let colors = colors(&[Program::lower(&genome)], &set).remove(0);
-        for (channel, (low, high)) in bounds(&genome).into_iter().enumerate() {
+        for (channel, (low, high)) in color_bounds(&genome).into_iter().enumerate() {
             for color in &colors[channel * set.len()..(channel + 1) * set.len()] {
                 let slack = 4e-7;
                 assert!((low - slack..=high + slack).contains(color), "seed {seed}\n{genome}");

@@ -12,7 +12,7 @@ use utoipa::openapi::Schema;
 use super::kind::{At, Draw, Kind, Source};
 use super::strength::Channels;
 use crate::assets::{AssetRef, LightAssets};
-use crate::environment::{BuiltinEnvironment, EnvironmentMap, PrefilteredEnvironment};
+use crate::environment::{BuiltinEnvironment, EnvironmentMap, MEAN_SIDE, PrefilteredEnvironment};
 use crate::field::FieldError;
 use crate::sampler::mixture::Mixture;
 use crate::sampler::placement::LightPlacement;
@@ -134,9 +134,6 @@ impl EnvironmentSource {
     }
 }
 
-/// Root of the number of directions whose mean is that of an environment.
-const MEAN_SIDE: u32 = 32;
-
 /// Environment picture, rotated as the scene defines.
 #[derive(Debug, Clone)]
 pub(crate) struct EnvironmentSource {
@@ -190,12 +187,8 @@ impl Source for EnvironmentSource {
         Some(CentralLight { towards: mean, irradiance: self.reference_irradiance(DVec3::ZERO)? })
     }
 
-    /// Mean of directions drawn in proportion to luminance; `None` if they cancel.
     fn mean_direction(&self) -> Option<DVec3> {
-        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(MEAN_SIDE);
-        let points = (0..MEAN_SIDE).flat_map(|x| (0..MEAN_SIDE).map(move |y| [at(x), at(y)]));
-        let drawn = points.filter_map(|point| self.map.draw(point));
-        let sum: DVec3 = drawn.map(|(direction, _)| direction).sum();
+        let sum = self.map.sum_of_directions();
         (self.rotation * sum / f64::from(MEAN_SIDE * MEAN_SIDE)).try_normalize()
     }
 

@@ -1,0 +1,19 @@
+//! Error of exports.
+
+use brood_brdf::Input;
+
+use crate::format::Format;
+
+/// Reason why a material is not exported in a format.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum PrintError {
+    /// The number of lights is out of range.
+    #[error("lights must be 1 to {most}, got {0}", most = Input::LIGHTS)]
+    Lights(usize),
+    /// The format is of painted materials.
+    #[error("{} is a format of painted materials", .0.name())]
+    NotPainted(Format),
+    /// The toon material lacks something that the style has.
+    #[error("VRM's toon material has {0}")]
+    Mtoon(&'static str),
+}

@@ -1,0 +1,331 @@
+/**
+ * The surface as painted materials see it: quantities of a pixel, cosines to the lights, and their
+ * gradients over a pixel, in textures that all materials share. docs/maths/painted.md defines them.
+ *
+ * Passes: the mesh into `slopes` (changes of normal and position to the next pixels, on the same
+ * triangle); a pass that finds the changes of normal and mirror direction at each shading point;
+ * and for each light a pass that writes a slot of `cosines` and of `arriving`. The first two run
+ * again only if object, camera or size change.
+ *
+ * @import { PaintLight } from "./paint_lights.js"
+ * @import { Linked } from "./program.js"
+ * @import { Mesh, Surface } from "./surface.js"
+ * @import { View } from "./camera.js"
+ */
+import { OUTLINED, linkNow, read, uniformLocation } from "./program.js";
+import { REACHED, angleOf } from "./shadows.js";
+import { NEAREST_FOUND, OUTWARDS, VERTEX, bindView, drawMesh, drawWithin, drawsInto } from "./surface.js";
+import { texture } from "./texture.js";
+
+// Halves suffice: gradients only widen edges.
+const SLOPES = `#version 300 es
+precision highp float;
+in vec3 p;
+in vec3 n;
+uniform vec3 eye;
+uniform vec3 forward;
+uniform bool parallel;
+layout(location = 0) out vec4 first;
+layout(location = 1) out vec4 second;
+layout(location = 2) out vec4 third;
+${OUTWARDS}
+void main() {
+  vec3 normal = outwards(p, n, parallel ? -forward : eye - p);
+  vec3 nx = dFdx(normal);
+  vec3 ny = dFdy(normal);
+  vec3 px = dFdx(p);
+  vec3 py = dFdy(p);
+  first = clamp(vec4(nx, ny.x), -100.0, 100.0);
+  second = clamp(vec4(ny.yz, px.xy), -100.0, 100.0);
+  third = clamp(vec4(px.z, py), -100.0, 100.0);
+}`;
+
+/** Writes n.e and depth with their gradients, and the changes of normal and mirror direction. */
+const STANDING = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D places;
+uniform sampler2D point;
+uniform sampler2D normal;
+uniform sampler2D first;
+uniform sampler2D second;
+uniform sampler2D third;
+uniform vec3 eye;
+uniform vec3 forward;
+uniform bool parallel;
+layout(location = 0) out vec4 own;
+layout(location = 1) out vec4 low;
+layout(location = 2) out vec4 middle;
+layout(location = 3) out vec4 high;
+${NEAREST_FOUND}
+vec3 towards(vec3 p) { return parallel ? -forward : normalize(eye - p); }
+vec3 mirrored(vec3 n, vec3 e) { return 2.0 * dot(n, e) * n - e; }
+float depth(vec3 p, vec3 e) { return 0.5 * (1.0 - dot(p, e)); }
+void main() {
+  ivec2 here = ivec2(gl_FragCoord.xy);
+  ivec2 at = found(here);
+  vec3 p = texelFetch(point, here, 0).xyz;
+  vec3 n = texelFetch(normal, here, 0).xyz;
+  vec4 a = texelFetch(first, max(at, 0), 0);
+  vec4 b = texelFetch(second, max(at, 0), 0);
+  vec4 c = texelFetch(third, max(at, 0), 0);
+  vec3 nx = a.xyz;
+  vec3 ny = vec3(a.w, b.xy);
+  vec3 px = p + vec3(b.zw, c.x);
+  vec3 py = p + c.yzw;
+  vec3 e = towards(p);
+  vec3 ex = towards(px);
+  vec3 ey = towards(py);
+  float facing = dot(n, e);
+  float far = depth(p, e);
+  vec2 facing_change = vec2(dot(n + nx, ex), dot(n + ny, ey)) - facing;
+  vec2 depth_change = vec2(depth(px, ex), depth(py, ey)) - far;
+  own = vec4(max(facing, 0.0), far, min(length(facing_change), 1.0), min(length(depth_change), 1.0));
+  vec3 r = mirrored(n, e);
+  vec3 rx = mirrored(n + nx, ex) - r;
+  vec3 ry = mirrored(n + ny, ey) - r;
+  low = vec4(nx, ny.x);
+  middle = vec4(ny.yz, rx.xy);
+  high = vec4(rx.z, ry);
+}`;
+
+/** Writes what a light is at each pixel; \`light.w\` is 0 for a direction. */
+const PAINT_LIT = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D point;
+uniform sampler2D normal;
+uniform sampler2D tangent;
+uniform sampler2D low;
+uniform sampler2D middle;
+uniform sampler2D high;
+uniform int base;
+uniform vec4 light;
+uniform vec3 eye;
+uniform vec3 forward;
+uniform bool parallel;
+layout(location = 0) out vec4 cosines;
+layout(location = 1) out vec4 arriving;
+${REACHED}
+void main() {
+  ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
+  vec3 p = texelFetch(point, here, 0).xyz;
+  vec3 n = texelFetch(normal, here, 0).xyz;
+  vec3 x = texelFetch(tangent, here, 0).xyz;
+  vec4 a = texelFetch(low, here, 0);
+  vec4 b = texelFetch(middle, here, 0);
+  vec4 c = texelFetch(high, here, 0);
+  vec3 towards = light.xyz - p * light.w;
+  float squared = light.w == 0.0 ? 1.0 : dot(towards, towards);
+  vec3 l = towards * inversesqrt(squared);
+  vec3 e = parallel ? -forward : normalize(eye - p);
+  float cosine = clamp(dot(n, l), -1.0, 1.0);
+  float mirror = clamp(dot(2.0 * dot(n, e) * n - e, l), -1.0, 1.0);
+  vec2 cosine_change = vec2(dot(a.xyz, l), dot(vec3(a.w, b.xy), l));
+  vec2 mirror_change = vec2(dot(vec3(b.zw, c.x), l), dot(c.yzw, l));
+  cosines = vec4(cosine, mirror, min(length(cosine_change), 1.0), min(length(mirror_change), 1.0));
+  arriving = vec4(dot(l, x), dot(l, cross(n, x)), 1.0 / squared, reached_share(here));
+}`;
+
+/**
+ * Fragment shader from the textures to a pixel's colour.
+ * @param {string} styled the exported functions
+ * @param {number} lights
+ */
+export const paintedFragment = (styled, lights) => `#version 300 es
+${styled}
+precision highp sampler2D;
+uniform sampler2D seen;
+uniform sampler2D normal;
+uniform sampler2D own;
+uniform sampler2D cosines;
+uniform sampler2D arriving;
+uniform ivec2 corner;
+uniform int side;
+uniform vec3 intensities[${lights}];
+out vec4 color;
+StyledLight lightAt(ivec2 at, int k) {
+  ivec2 there = at + ivec2(0, k * side);
+  vec4 c = texelFetch(cosines, there, 0);
+  vec4 a = texelFetch(arriving, there, 0);
+  vec3 reaching = min(intensities[k] * a.z, vec3(1.0));
+  return StyledLight(c.x, c.y, a.w, reaching, c.z, c.w, vec3(a.xy, c.x));
+}
+void main() {
+  ivec2 at = ivec2(gl_FragCoord.xy) - corner;
+  vec4 o = texelFetch(own, at, 0);
+  vec4 s = texelFetch(seen, at, 0);
+  vec3 e = vec3(s.xy, sqrt(max(0.0, 1.0 - dot(s.xy, s.xy))));
+  StyledPoint here = StyledPoint(o.x, o.y, o.z, o.w, e, s.zw);
+  StyledLight[${lights}] all = StyledLight[${lights}](${Array.from({ length: lights }, (_, k) => `lightAt(at, ${k})`).join(", ")});
+  color = vec4(styled(here, all), 1.0) * texelFetch(normal, at, 0).w;
+}`;
+
+/**
+ * @typedef {{slots: number, standing: string, lit: string, slopes: WebGLTexture[], own:
+ *   WebGLTexture, changes: WebGLTexture[], cosines: WebGLTexture, arriving: WebGLTexture,
+ *   framebuffers: WebGLFramebuffer[]}} Paint
+ *   `standing`, `lit`: keys of what the textures show. `framebuffers`: of the three passes.
+ */
+
+export class PaintedSurfaces {
+  /** @type {{slopes: Linked, standing: Linked, lit: Linked}|null} */
+  #pens = null;
+  /** @type {Map<Surface, Paint>} */
+  #held = new Map();
+
+  /**
+   * Brings the textures of a surface up to date.
+   * @param {WebGL2RenderingContext} gl
+   * @param {Surface} surface
+   * @param {{key: string, mesh: Mesh, view: View}} shown
+   * @param {{key: string, lights: PaintLight[], angles: WebGLTexture}} lit
+   * @returns {Paint}
+   */
+  prepare(gl, surface, { key, mesh, view }, { key: litKey, lights, angles }) {
+    this.#pens ??= {
+      slopes: linkNow(gl, VERTEX, SLOPES),
+      standing: linkNow(gl, OUTLINED, STANDING),
+      lit: linkNow(gl, OUTLINED, PAINT_LIT),
+    };
+    let paint = this.#held.get(surface);
+    if (paint && paint.slots < lights.length) {
+      this.drop(gl, surface);
+      paint = undefined;
+    }
+    if (!paint) {
+      paint = makePaint(gl, surface, lights.length);
+      this.#held.set(surface, paint);
+    }
+    if (paint.standing !== key) {
+      drawSlopes(gl, this.#pens.slopes, paint, surface, mesh, view);
+      drawStanding(gl, this.#pens.standing, paint, surface, view);
+      paint.standing = key;
+      paint.lit = "";
+    }
+    if (paint.lit !== litKey) {
+      drawLights(gl, this.#pens.lit, paint, surface, view, { lights, angles });
+      paint.lit = litKey;
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return paint;
+  }
+
+  /**
+   * Drops the textures of a surface.
+   * @param {WebGL2RenderingContext} gl
+   * @param {Surface} surface
+   */
+  drop(gl, surface) {
+    const paint = this.#held.get(surface);
+    if (!paint) return;
+    for (const made of [...paint.slopes, paint.own, ...paint.changes, paint.cosines, paint.arriving])
+      gl.deleteTexture(made);
+    for (const made of paint.framebuffers) gl.deleteFramebuffer(made);
+    this.#held.delete(surface);
+  }
+
+  /** Forgets the textures of a lost context. */
+  lose() {
+    this.#pens = null;
+    this.#held.clear();
+  }
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {Surface} surface
+ * @param {number} slots
+ * @returns {Paint}
+ */
+function makePaint(gl, { side, depth }, slots) {
+  const slopes = [0, 1, 2].map(() => texture(gl, gl.RGBA16F, side));
+  const changes = [0, 1, 2].map(() => texture(gl, gl.RGBA16F, side));
+  const own = texture(gl, gl.RGBA32F, side);
+  const [cosines, arriving] = [0, 1].map(() => texture(gl, gl.RGBA32F, side, side * slots));
+  const ofSlopes = drawsInto(gl, ...slopes);
+  gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.RENDERBUFFER, depth);
+  const framebuffers = [ofSlopes, drawsInto(gl, own, ...changes), drawsInto(gl, cosines, arriving)];
+  return { slots, standing: "", lit: "", slopes, own, changes, cosines, arriving, framebuffers };
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {Paint} into
+ * @param {Surface} surface
+ * @param {Mesh} mesh
+ * @param {View} view
+ */
+function drawSlopes(gl, pen, into, { side }, mesh, view) {
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffers[0]);
+  gl.viewport(0, 0, side, side);
+  gl.disable(gl.SCISSOR_TEST);
+  gl.enable(gl.DEPTH_TEST);
+  gl.clearColor(0, 0, 0, 0);
+  gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  drawMesh(gl, pen, mesh, view);
+  gl.disable(gl.DEPTH_TEST);
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {Paint} into
+ * @param {Surface} surface
+ * @param {View} view
+ */
+function drawStanding(gl, pen, into, surface, view) {
+  const [first, second, third] = into.slopes;
+  const [point, normal] = surface.found;
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffers[1]);
+  gl.viewport(0, 0, surface.side, surface.side);
+  read(gl, pen, { places: surface.layers[0], point, normal, first, second, third });
+  bindView(gl, pen, view);
+  drawWithin(gl, surface);
+}
+
+/**
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {Paint} into
+ * @param {Surface} surface
+ * @param {View} view
+ * @param {{lights: PaintLight[], angles: WebGLTexture}} lit
+ */
+function drawLights(gl, pen, into, surface, view, { lights, angles }) {
+  const [low, middle, high] = into.changes;
+  const [point, normal, tangent] = surface.found;
+  const { side } = surface;
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffers[2]);
+  read(gl, pen, { point, normal, tangent, low, middle, high, angles });
+  bindView(gl, pen, view);
+  gl.uniform1i(uniformLocation(gl, pen, "side"), side);
+  lights.forEach(({ place, isDirection, index, degrees }, slot) => {
+    gl.viewport(0, slot * side, side, side);
+    gl.uniform1i(uniformLocation(gl, pen, "base"), slot * side);
+    gl.uniform4f(uniformLocation(gl, pen, "light"), ...place, isDirection ? 0 : 1);
+    gl.uniform1ui(uniformLocation(gl, pen, "angle"), angleOf(degrees));
+    gl.uniform1i(uniformLocation(gl, pen, "numbered"), index);
+    drawWithin(gl, surface);
+  });
+}
+
+/**
+ * Draws a painted material into the square at a corner of the present framebuffer.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} linked
+ * @param {Surface} surface
+ * @param {Paint} paint
+ * @param {PaintLight[]} lights
+ * @param {[number, number]} corner lower left in pixels
+ */
+export function drawPainted(gl, linked, surface, paint, lights, corner) {
+  const { own, cosines, arriving } = paint;
+  read(gl, linked, { seen: surface.seen, normal: surface.found[1], own, cosines, arriving });
+  gl.uniform2i(uniformLocation(gl, linked, "corner"), ...corner);
+  gl.uniform1i(uniformLocation(gl, linked, "side"), surface.side);
+  gl.uniform3fv(uniformLocation(gl, linked, "intensities"), lights.flatMap(({ color }) => color));
+  gl.viewport(corner[0], corner[1], surface.side, surface.side);
+  drawWithin(gl, surface);
+}
