@@ -49,6 +49,15 @@ export async function surroundings(app, step, shot) {
     await shot("40-surroundings-bred");
   });
 
+  await step("lights them as in a studio, with shadows", async () => {
+    const scene = await app.reshown(() => app.id("stage-light").click());
+    assert.deepEqual(scene.lights.map(({ kind, shadows }) => [kind, shadows ?? true]), [
+      ["environment", false], ["sphere", true],
+    ]);
+    assert.equal(scene.shadows, true);
+    await shot("40-surroundings-studio");
+  });
+
   await step("takes ball and ground away", async () => {
     const left = await app.reshown(() => app.id("neighbour").selectOption("none"));
     assert.equal((left.objects ?? []).length, 0);

@@ -7,6 +7,7 @@
  */
 import { changeScene } from "./edit.js";
 import { extentOf } from "./extents.js";
+import { environment } from "./lights.js";
 import { sceneStore } from "./store.js";
 import { guarded } from "../page/problem.js";
 
@@ -123,6 +124,24 @@ export const setGround = (on) =>
   changeScene("surroundings", (scene) => ({
     ground: on ? {} : undefined,
     objects: (scene.objects ?? []).map((object) => ({ ...object, stands: on ? true : undefined })),
+  }));
+
+/** Samples of the soft lamp of the stage: few enough for a brood, enough for a smooth penumbra. */
+const KEY_SAMPLES = 16;
+
+/**
+ * Shows the object as a photographer would: on the ground, in the light of a studio that casts no
+ * shadows, and under a soft lamp that does.
+ */
+export const setStage = () =>
+  changeScene("surroundings", (scene) => ({
+    ground: scene.ground ?? {},
+    shadows: true,
+    lights: [
+      { ...environment("studio"), shadows: false },
+      { kind: "sphere", samples: KEY_SAMPLES },
+    ],
+    light_deg: 0,
   }));
 
 /** @param {string|undefined} material hash of a genome, or name of a preset */

@@ -4,7 +4,7 @@ import { lineageStore } from "../lineage/store.js";
 import { BUILT_IN } from "../scene/edit.js";
 import {
   chooseNeighbour, commitNeighbour, dragNeighbour, knownExtents, setGround, setGroundMaterial,
-  setNeighbourMaterial, spotOf,
+  setNeighbourMaterial, setStage, spotOf,
 } from "../scene/objects.js";
 import { sceneStore } from "../scene/store.js";
 import { guarded } from "../page/problem.js";
@@ -85,6 +85,7 @@ export function SurroundingsKnobs() {
       <h2 id="surroundings-title">Surroundings</h2>
       <div class="row">
         <${Switch} id="ground" name="ground" on=${scene?.ground ?? false} disabled=${!scene} onInput=${setGround} title="Puts the object on level ground" />
+        <button type="button" data-testid="stage-light" disabled=${!scene} title="On the ground, in a studio, under a soft lamp that casts shadows" onClick=${setStage}>Studio with shadows</button>
       </div>
       ${scene?.ground && html`<${Material} id="ground-material" name="Ground" value=${scene.ground.material ?? undefined} onInput=${setGroundMaterial} />`}
       <div class="row">

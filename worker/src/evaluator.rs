@@ -108,10 +108,8 @@ impl Evaluators {
         out: &mut Vec<f32>,
     ) -> Result<(), EvalError> {
         let (evaluator, is_gpu) = self.choose(wanted, batch_operations(programs, set));
-        let is_plain = |program: &&Program| program.layers().is_empty() && !program.is_painted();
-        if is_gpu && !programs.iter().all(is_plain) {
-            // There are no shaders for layers. The probe of a GPU does not cover the operations of
-            // painted materials.
+        if is_gpu && !programs.iter().all(|program| program.layers().is_empty()) {
+            // There are no shaders for layers.
             return self.canonical.eval(programs, set, out);
         }
         match evaluator.eval(programs, set, out) {

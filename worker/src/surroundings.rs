@@ -135,3 +135,83 @@ impl Renderer {
         Ok(Some(made))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use brood_eval::decode_png;
+    use brood_genome::preset::{Preset, neutral};
+
+    use super::*;
+
+    const SIDE: u32 = 48;
+
+    fn program(preset: &str) -> Program {
+        Program::lower(Preset::find(preset).expect("the preset exists").genome())
+    }
+
+    fn scene(json: &str) -> Scene {
+        serde_json::from_str(json).unwrap()
+    }
+
+    fn frame(scene: &Scene, materials: &[&Program]) -> Frame {
+        let options = (PictureFormat::Png, Backend::Cpu);
+        let object = |program: &&Program| brood_protocol::ObjectSource {
+            mesh: MeshSource::Builtin,
+            words: program.to_words(),
+        };
+        Frame::new(scene, MeshSource::Builtin, SIDE, Sampling::Adaptive, options)
+            .with_objects(materials.iter().map(object).collect())
+    }
+
+    const GROUND: &str = r#"{"mesh": "knob", "shadows": true, "ground": {},
+        "objects": [{"mesh": "cube", "position": [1, 0, 0.6], "scale": 0.3, "stands": true}],
+        "lights": [{"kind": "environment", "image": "studio", "shadows": false}, {}]}"#;
+
+    #[test]
+    fn ground_looks_the_same_beside_every_material() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Knob);
+        let grey = Program::lower(neutral());
+        let toon = program("paint-toon");
+        let scene = scene(GROUND);
+        let frame = frame(&scene, &[&toon, &grey]);
+        let programs = ["moon-dust", "model-porcelain", "gold"].map(program);
+        let batch: Vec<&Program> = programs.iter().collect();
+        let pictures = renderer.render(&frame, &mesh, &batch).unwrap();
+        let codes =
+            |picture: &brood_protocol::RenderedPicture| decode_png(&picture.bytes).unwrap().2;
+        let first = codes(&pictures[0]);
+        let corner = (4 * SIDE * (SIDE - 1)) as usize;
+        assert_eq!(first[corner + 3], 255);
+        for picture in &pictures[1..] {
+            assert_eq!(picture.exposure_ev.to_bits(), pictures[0].exposure_ev.to_bits());
+            let other = codes(picture);
+            assert_eq!(other[corner..corner + 4], first[corner..corner + 4]);
+            assert_ne!(other, first);
+        }
+        // A part of a picture is cut from the whole.
+        let area = PixelArea { x: 7, y: 20, width: 30, height: 17 };
+        let part = frame.clone().with_area(Some(area));
+        let part = codes(&renderer.render(&part, &mesh, &batch[..1]).unwrap()[0]);
+        let rows = (area.y..area.y + area.height).flat_map(|y| {
+            let start = 4 * (y * SIDE + area.x) as usize;
+            first[start..start + 4 * area.width as usize].to_vec()
+        });
+        let apart = rows.zip(&part).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(apart <= Some(1), "{apart:?}");
+    }
+
+    #[test]
+    fn frames_without_the_objects_of_their_scene_are_refused() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Knob);
+        let grey = Program::lower(neutral());
+        let error = renderer.render(&frame(&scene(GROUND), &[&grey]), &mesh, &[&grey]);
+        let words = "the scene has 2 objects beside the subject, the frame 1";
+        assert_eq!(error.unwrap_err().to_string(), words);
+        let mut unknown = frame(&scene(GROUND), &[&grey, &grey]);
+        unknown.objects[0].mesh = MeshSource::Uploaded([7; 32]);
+        let error = renderer.render(&unknown, &mesh, &[&grey]).unwrap_err();
+        assert!(matches!(error, RenderError::MeshContent), "{error}");
+    }
+}

@@ -1,11 +1,12 @@
 //! Start-up probe: checks that an adapter, with a given shader, is bit-equal to the canonical
 //! evaluator.
 //!
-//! A few dozen random programs and sweeps of every function run on the device and on the CPU, there
+//! A few dozen random programs, painted materials and sweeps of every function run on the device and on the CPU, there
 //! with [`execute`], which defines the results; the bits are compared. The probe takes milliseconds
 //! and decides whether the adapter counts as exact.
 
-use brood_brdf::{Input, InputMask};
+use brood_brdf::{Input, InputMask, Lighting};
+use brood_eval::conformance::wild_style;
 use brood_genome::{
     BirthKey, Dialect, Genome, OpcodeSet, Operator, Output, RANGE, Stream, Variation,
 };
@@ -20,6 +21,8 @@ use crate::residency::Rows;
 const SAMPLES: usize = 1003;
 /// Number of random programs, besides the sweeps.
 const RANDOM_PROGRAMS: u32 = 24;
+/// Number of painted materials.
+const STYLES: u64 = 9;
 
 /// Runs the probe on an engine with its current style.
 pub(crate) fn probe(engine: &mut Engine) -> Result<Finding, GpuError> {
@@ -27,7 +30,7 @@ pub(crate) fn probe(engine: &mut Engine) -> Result<Finding, GpuError> {
     let inputs = inputs();
     let references: Vec<&Program> = programs.iter().collect();
     let rows = Rows {
-        mask: Input::symmetric().collect::<InputMask>(),
+        mask: Input::ALL.into_iter().collect::<InputMask>(),
         set: None,
         row: &|input| &inputs[input.index()],
         len: SAMPLES,
@@ -91,7 +94,11 @@ fn programs() -> Vec<Program> {
         let key = BirthKey { seed: 11, slot, attempt: 0 };
         genomes.push(Variation::random(dialect).with_output(output).birth(key));
     }
-    genomes.iter().map(Program::lower).collect()
+    let programs = genomes.iter().map(Program::lower);
+    let lightings = [1, 2, 8].map(|lights| Lighting { lights, has_shadows: true });
+    let styles = (0..STYLES).zip(lightings.into_iter().cycle());
+    let styles = styles.map(|(seed, lights)| Program::lower(&wild_style(seed)).painted(lights));
+    programs.chain(styles).collect()
 }
 
 /// Returns genomes that apply every function to an input. Results are squared, which loses their
@@ -112,12 +119,13 @@ fn sweeps() -> Vec<Genome> {
         .collect()
 }
 
-/// Returns a row for every input: mostly numbers as in scenes; for u and v numbers of all
+/// Returns a row for every input, those of painted materials included: mostly numbers as in scenes; for u and v numbers of all
 /// magnitudes, small enough that some squares are subnormal.
 pub(crate) fn inputs() -> Vec<Vec<f32>> {
     let key = BirthKey { seed: 12, slot: 0, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);
-    Input::symmetric()
+    Input::ALL
+        .into_iter()
         .map(|input| {
             let wide = matches!(input, Input::U | Input::V);
             let mut number = || {
@@ -175,12 +183,8 @@ mod tests {
 
     #[test]
     fn probe_programs_use_every_operation() {
-        use brood_program::Operation::{Saturate, SaturateNeg, Step, StepNeg};
         let programs = programs();
-        // Painted materials alone use these, and stay on the CPU.
-        let of_paint = [Saturate, SaturateNeg, Step, StepNeg];
-        let probed = |operation: &brood_program::Operation| !of_paint.contains(operation);
-        for operation in brood_program::Operation::ALL.into_iter().filter(probed) {
+        for operation in brood_program::Operation::ALL {
             let steps = programs.iter().flat_map(Program::steps);
             let used = steps.filter(|step| step.operation == operation).count();
             assert!(used > 0, "{}", operation.name());
