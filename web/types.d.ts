@@ -128,8 +128,8 @@ export interface components {
         Camera: {
             /**
              * Format: double
-             * @description Distance from the centre. Default: frames the bounding sphere at scale 1 with a small
-             *     margin, within the shorter side of the picture.
+             * @description Distance from the centre. Default: frames the bounding sphere at scale 1, and other objects
+             *     of the scene, with a small margin, within the shorter side of the picture.
              */
             distance?: number | null;
             /**
@@ -658,6 +658,21 @@ export interface components {
             /** @description Content hash, 64 hexadecimal digits. */
             hash: string;
         };
+        /** @description Level ground below the object that is bred. */
+        Ground: {
+            /**
+             * Format: double
+             * @description Height in world units. Default: the lowest point of the object.
+             * @default null
+             */
+            height: number | null;
+            /**
+             * @description Material: the hash of a stored genome, or the name of a preset. Default: neutral grey. Its
+             *     texture repeats after one diameter of the object.
+             * @default null
+             */
+            material: string | null;
+        };
         /** @description Individual: a genome in its place in a brood. */
         Individual: {
             /** @description True if a user marked the individual as a favourite. */
@@ -996,6 +1011,12 @@ export interface components {
             samples: number | null;
             /** @description Factor from pixel values to radiance in W/(m2 sr): for red, green and blue, or one number for all. Default: 1. */
             scale?: number | number[] | null;
+            /**
+             * @description False if its light passes through objects although the scene has shadows: pictures then take
+             *     a fraction of the time. Default: true.
+             * @default true
+             */
+            shadows: boolean | null;
         } | {
             /** @enum {string} */
             kind: "ambient";
@@ -1112,6 +1133,10 @@ export interface components {
             name: string;
             /** @description Free text. */
             notes?: string;
+            /** @description Uploaded meshes of the scene's other objects by their ids in the scene: binary, base64. */
+            object_meshes?: {
+                [key: string]: string;
+            };
             /**
              * Format: float
              * @description Saturation of random children, 0 to 1.
@@ -1428,6 +1453,8 @@ export interface components {
              *     }
              */
             film: components["schemas"]["Film"];
+            /** @default null */
+            ground: components["schemas"]["Ground"] | null;
             /**
              * Format: double
              * @description Position on the light orbit, in degrees: all lights but fixed environments are rotated by
@@ -1456,6 +1483,12 @@ export interface components {
              * @default curved
              */
             normals: components["schemas"]["Normals"];
+            /**
+             * @description Other objects, at most 8. They hide each other and, if the scene has shadows, shade each
+             *     other.
+             * @default []
+             */
+            objects: components["schemas"]["SceneObject"][];
             /**
              * @description Rotation of the mesh about its centre: about x, then y, then z, in degrees.
              * @default [
@@ -1511,6 +1544,8 @@ export interface components {
              *     }
              */
             film: components["schemas"]["Film"];
+            /** @default null */
+            ground: components["schemas"]["Ground"] | null;
             id: components["schemas"]["SceneId"];
             /**
              * Format: double
@@ -1540,6 +1575,12 @@ export interface components {
              * @default curved
              */
             normals: components["schemas"]["Normals"];
+            /**
+             * @description Other objects, at most 8. They hide each other and, if the scene has shadows, shade each
+             *     other.
+             * @default []
+             */
+            objects: components["schemas"]["SceneObject"][];
             /**
              * @description Rotation of the mesh about its centre: about x, then y, then z, in degrees.
              * @default [
@@ -1576,6 +1617,48 @@ export interface components {
          * @description Id of a stored scene.
          */
         SceneId: string;
+        /** @description Object beside the one that is bred, with a material of its own. */
+        SceneObject: {
+            /**
+             * @description Material: the hash of a stored genome, or the name of a preset. Default: neutral grey.
+             * @default null
+             */
+            material: string | null;
+            /**
+             * @description Mesh: "ball", "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
+             * @default sphere
+             */
+            mesh: components["schemas"]["MeshRef"];
+            /**
+             * @description Position that the origin of the mesh is moved to, world units.
+             * @default [
+             *       0,
+             *       0,
+             *       0
+             *     ]
+             */
+            position: number[];
+            /**
+             * @description Rotation of the mesh about its centre: about x, then y, then z, in degrees.
+             * @default [
+             *       0,
+             *       0,
+             *       0
+             *     ]
+             */
+            rotation_deg: number[];
+            /**
+             * Format: double
+             * @description Scale of the mesh about its centre.
+             * @default 1
+             */
+            scale: number;
+            /**
+             * @description True if it stands on the ground: its lowest point decides its height, not its position.
+             * @default false
+             */
+            stands: boolean;
+        };
         /** @description Scene, or the id of a stored scene. */
         SceneOrId: components["schemas"]["Scene"] | components["schemas"]["SceneId"];
         /** @description Search. */
@@ -2116,6 +2199,7 @@ export type Front = components['schemas']['Front'];
 export type Generation = components['schemas']['Generation'];
 export type GenerationId = components['schemas']['GenerationId'];
 export type GenomeAnswer = components['schemas']['GenomeAnswer'];
+export type Ground = components['schemas']['Ground'];
 export type Individual = components['schemas']['Individual'];
 export type IndividualDetail = components['schemas']['IndividualDetail'];
 export type IndividualId = components['schemas']['IndividualId'];
@@ -2157,6 +2241,7 @@ export type RenderKind = components['schemas']['RenderKind'];
 export type Scene = components['schemas']['Scene'];
 export type SceneAnswer = components['schemas']['SceneAnswer'];
 export type SceneId = components['schemas']['SceneId'];
+export type SceneObject = components['schemas']['SceneObject'];
 export type SceneOrId = components['schemas']['SceneOrId'];
 export type SearchAnswer = components['schemas']['SearchAnswer'];
 export type SearchLine = components['schemas']['SearchLine'];
