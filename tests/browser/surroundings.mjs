@@ -35,8 +35,8 @@ export async function surroundings(app, step, shot) {
     await material.locator("option[value=gold]").waitFor({ state: "attached" });
     const gilt = await app.reshown(() => material.selectOption("gold"));
     assert.equal(gilt.objects[0].material, "gold");
-    const { objects: [moved] } = await app.reshown(() => app.id("neighbour-around").fill("60"));
-    assert.ok(moved.position[2] > 0.1, "it is in front now");
+    const { objects: [moved] } = await app.reshown(() => app.id("neighbour-around").fill("20"));
+    assert.ok(moved.position[2] > 1.5 * ball.position[2], "it is further in front");
     await shot("40-surroundings");
     await app.accessible("surroundings");
   });

@@ -16,6 +16,7 @@ import { pageStore } from "../page/store.js";
 import { extentOf } from "./extents.js";
 import { LIGHT_KINDS } from "./light_kind.js";
 import { SKY_SAMPLES, environment, lampOf, withEnvironment, withLamp } from "./lights.js";
+import { besides } from "./spot.js";
 import { sceneStore } from "./store.js";
 import { stopUpload, uploadFile } from "./upload.js";
 
@@ -149,6 +150,20 @@ async function lightsOn(lights, from, to) {
   );
 }
 
+/**
+ * The other objects of a scene, beside another subject of scale 1.
+ * @param {Scene} scene
+ * @param {string} mesh
+ */
+async function objectsOn(scene, mesh) {
+  const objects = scene.objects ?? [];
+  if (objects.length === 0) return objects;
+  const [from, to, ...own] = await Promise.all(
+    [scene.mesh, mesh, ...objects.map((object) => object.mesh ?? "sphere")].map(extentOf),
+  );
+  return besides(objects, { from: scene, to: { ...scene, mesh, scale: 1 } }, { from, to, own });
+}
+
 /** Number of choices of an object so far; an older choice that comes late is dropped. */
 let objectChoices = 0;
 
@@ -160,12 +175,14 @@ export async function chooseObject(mesh) {
   if (!present || mesh === present.mesh) return;
   await guarded("object", async () => {
     const lights = await lightsOn(present.lights ?? [], present.mesh, mesh);
+    const objects = await objectsOn(present, mesh);
     if (mine !== objectChoices) return;
     await changeScene("object", () => ({
       mesh,
       rotation_deg: [0, 0, 0],
       scale: 1,
       lights,
+      ...(objects.length > 0 ? { objects } : {}),
       // Another pole needs the sphere.
       sphere_pole: undefined,
     }));

@@ -2,65 +2,18 @@
  * The ground and the object beside the one that is bred: where they are, and what they are made of.
  * The controls change the first such object; a scene from elsewhere may have more.
  *
- * @import { Extent } from "../live/camera.js"
- * @import { Scene, SceneObject, Vec3 } from "../model.js"
+ * @import { Scene, SceneObject } from "../model.js"
+ * @import { Spot } from "./spot.js"
  */
+import { guarded } from "../page/problem.js";
 import { changeScene } from "./edit.js";
 import { extentOf } from "./extents.js";
 import { environment } from "./lights.js";
+import { placed, spotOf } from "./spot.js";
 import { sceneStore } from "./store.js";
-import { guarded } from "../page/problem.js";
 
-/** Place of an object: degrees around the subject, distance and radius in radii of the subject. */
-/** @typedef {{around: number, distance: number, radius: number}} Spot */
-
-/** Where a new object is: to the right of the default camera's view and a little behind. */
-const FIRST = { around: 105, distance: 1.5, radius: 0.5 };
-
-/** @param {Pick<Scene, "mesh"|"scale">} scene @param {Extent} subject */
-const radiusOf = (scene, subject) => subject.radius * scene.scale;
-
-/**
- * Puts an object somewhere: on the ground if there is one, else level with the subject.
- * @param {SceneObject} object
- * @param {Spot} spot
- * @param {Scene} scene
- * @param {{subject: Extent, own: Extent}} extents
- * @returns {SceneObject}
- */
-export function placed(object, { around, distance, radius }, scene, { subject, own }) {
-  const unit = radiusOf(scene, subject);
-  const angle = (around * Math.PI) / 180;
-  const towards = [Math.sin(angle), 0, Math.cos(angle)];
-  const position = /** @type {Vec3} */ (
-    towards.map((along, axis) => subject.centre[axis] + along * distance * unit - own.centre[axis])
-  );
-  return {
-    ...object,
-    position,
-    scale: Math.min((radius * unit) / own.radius, 1000),
-    ...(scene.ground ? { stands: true } : { stands: undefined }),
-  };
-}
-
-/**
- * Where an object is.
- * @param {SceneObject} object
- * @param {Pick<Scene, "mesh"|"scale">} scene
- * @param {{subject: Extent, own: Extent}} extents
- * @returns {Spot}
- */
-export function spotOf(object, scene, { subject, own }) {
-  const unit = radiusOf(scene, subject);
-  const position = object.position ?? [0, 0, 0];
-  const [x, , z] = position.map((at, axis) => at + own.centre[axis] - subject.centre[axis]);
-  const degrees = (Math.atan2(x, z) * 180) / Math.PI;
-  return {
-    around: (degrees + 360) % 360,
-    distance: Math.hypot(x, z) / unit,
-    radius: ((object.scale ?? 1) * own.radius) / unit,
-  };
-}
+/** Where a new object is: to the right in the default camera's view and a little in front. */
+const FIRST = { around: 70, distance: 1.35, height: 0, radius: 0.4 };
 
 /** Extents of the subject and of its neighbour, once both are known. */
 export function knownExtents() {
@@ -90,7 +43,8 @@ export const chooseNeighbour = (mesh) =>
       [scene.mesh, mesh, present?.mesh ?? mesh].map(extentOf),
     );
     const spot = present ? spotOf(present, scene, { subject, own: before }) : FIRST;
-    const object = { ...present, mesh, rotation_deg: undefined };
+    const stands = present ? present.stands : scene.ground ? true : undefined;
+    const object = { ...present, mesh, stands, rotation_deg: undefined };
     await changeScene("surroundings", (now) =>
       withFirst(now, placed(object, spot, now, { subject, own })));
   });
@@ -119,12 +73,14 @@ export const setNeighbourMaterial = (material) =>
   changeScene("surroundings", (scene) =>
     withFirst(scene, { ...scene.objects?.[0], material }));
 
+/** @param {Scene} scene @param {boolean} on @returns {Partial<Scene>} */
+const withGround = (scene, on) => ({
+  ground: on ? {} : undefined,
+  objects: (scene.objects ?? []).map((object) => ({ ...object, stands: on ? true : undefined })),
+});
+
 /** Puts the ground below the objects, or takes it away. @param {boolean} on */
-export const setGround = (on) =>
-  changeScene("surroundings", (scene) => ({
-    ground: on ? {} : undefined,
-    objects: (scene.objects ?? []).map((object) => ({ ...object, stands: on ? true : undefined })),
-  }));
+export const setGround = (on) => changeScene("surroundings", (scene) => withGround(scene, on));
 
 /** Samples of the soft lamp of the stage: few enough for a brood, enough for a smooth penumbra. */
 const KEY_SAMPLES = 16;
@@ -135,7 +91,7 @@ const KEY_SAMPLES = 16;
  */
 export const setStage = () =>
   changeScene("surroundings", (scene) => ({
-    ground: scene.ground ?? {},
+    ...(scene.ground ? {} : withGround(scene, true)),
     shadows: true,
     lights: [
       { ...environment("studio"), shadows: false },

@@ -1,13 +1,14 @@
 /** Controls of what is beside and below the object: another object, and the ground. */
 import { isPaint, listPresets } from "../lineage/presets.js";
 import { lineageStore } from "../lineage/store.js";
+import { guarded } from "../page/problem.js";
 import { BUILT_IN } from "../scene/edit.js";
 import {
   chooseNeighbour, commitNeighbour, dragNeighbour, knownExtents, setGround, setGroundMaterial,
-  setNeighbourMaterial, setStage, spotOf,
+  setNeighbourMaterial, setStage,
 } from "../scene/objects.js";
+import { spotOf } from "../scene/spot.js";
 import { sceneStore } from "../scene/store.js";
-import { guarded } from "../page/problem.js";
 import { Slider, Switch } from "./control.js";
 import { html } from "./html.js";
 import { ProblemBox } from "./problem.js";
