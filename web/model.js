@@ -133,8 +133,9 @@
  *   An edited genome that is not stored; `of`: the individual that was edited.
  *
  * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"steer"|"locks"|
- *   "object"|"light"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|"compare"|
- *   "surroundings"|"comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|"job"|"found"} Place
+ *   "object"|"light"|"surroundings"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|
+ *   "compare"|"comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|"job"|
+ *   "found"} Place
  *   Place on the page where a problem is shown.
  *
  * @typedef {{problem: Problem, retry?: () => void, isRead?: boolean}} ShownProblem

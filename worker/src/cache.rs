@@ -5,21 +5,19 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use brood_eval::{GatheredLight, LitBackdrop, Surroundings, shade_prefiltered};
-use brood_light::LightAssets;
+use brood_eval::{GatheredLight, Surroundings, shade_prefiltered};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
 use brood_protocol::RenderStats;
-pub(crate) use brood_scene::Raster;
 use brood_scene::{
-    Film, LobeShape, LobeTable, MeshRef, PictureSize, PixelArea, PrefilteredLight, SampleSet,
-    Sampling, Scene, SphereLayout, Stage,
+    LobeTable, PictureSize, PixelArea, PrefilteredLight, SampleSet, Sampling, SphereLayout,
 };
 use moka::sync::Cache;
 
 use crate::bounded_cache::BoundedCache;
 use crate::error::RenderError;
 use crate::render_counters::RenderCounters;
+use crate::scene_view::{LoadedMesh, Raster, SceneView};
 
 /// Bytes per sample for inputs that are computed after a sample set was weighed: eight f32 cover
 /// the dialect `paper`.
@@ -29,207 +27,6 @@ const LATER_INPUT_BYTES: usize = 32;
 const GATHERED_BYTES_MAX: usize = 160 << 20;
 /// Bytes per packed word of a program with its translations.
 const PROGRAM_BYTES: usize = 64;
-
-/// Mesh with its content hash, which is computed once.
-#[derive(Debug)]
-pub struct LoadedMesh {
-    mesh: Arc<Mesh>,
-    hash: [u8; 32],
-}
-
-impl LoadedMesh {
-    /// Hashes a mesh.
-    #[must_use]
-    pub fn new(mesh: impl Into<Arc<Mesh>>) -> Self {
-        let mesh = mesh.into();
-        let hash = mesh.content_hash();
-        Self { mesh, hash }
-    }
-
-    /// Returns the mesh.
-    #[must_use]
-    pub fn mesh(&self) -> &Mesh {
-        &self.mesh
-    }
-
-    /// Returns a shared reference to the mesh.
-    #[must_use]
-    pub fn shared(&self) -> Arc<Mesh> {
-        self.mesh.clone()
-    }
-
-    /// Returns the content hash.
-    #[must_use]
-    pub fn hash(&self) -> &[u8; 32] {
-        &self.hash
-    }
-}
-
-/// Light assets with their content hash, which is computed once.
-#[derive(Debug)]
-pub(crate) struct LoadedAssets {
-    assets: LightAssets,
-    hash: blake3::Hash,
-}
-
-impl LoadedAssets {
-    pub(crate) fn new(assets: LightAssets) -> Self {
-        let hash = assets.content_hash();
-        Self { assets, hash }
-    }
-
-    pub(crate) fn assets(&self) -> &LightAssets {
-        &self.assets
-    }
-}
-
-/// Scene, mesh and light assets with their common cache key.
-pub(crate) struct SceneView<'a> {
-    scene: &'a Scene,
-    stage: Stage<'a>,
-    assets: &'a LightAssets,
-    key: blake3::Hash,
-}
-
-impl<'a> SceneView<'a> {
-    /// Returns the view of the subject alone.
-    pub(crate) fn new(scene: &'a Scene, mesh: &'a LoadedMesh, loaded: &'a LoadedAssets) -> Self {
-        Self::keyed(scene, (mesh.mesh().into(), &mesh.hash), &[], loaded)
-    }
-
-    /// Returns the view of the subject among other objects and the ground, whose meshes are given.
-    pub(crate) fn among(
-        scene: &'a Scene,
-        mesh: &'a LoadedMesh,
-        others: &'a [Arc<LoadedMesh>],
-        loaded: &'a LoadedAssets,
-    ) -> Self {
-        let meshes: Vec<&Mesh> = others.iter().map(|other| other.mesh()).collect();
-        let stage = Stage::new(scene, mesh.mesh(), &meshes);
-        Self::keyed(scene, (stage, &mesh.hash), others, loaded)
-    }
-
-    /// The key ignores film, backdrop, materials and the names of meshes: sample sets do not depend
-    /// on them.
-    fn keyed(
-        scene: &'a Scene,
-        (stage, hash): (Stage<'a>, &[u8; 32]),
-        others: &[Arc<LoadedMesh>],
-        loaded: &'a LoadedAssets,
-    ) -> Self {
-        let mut plain = Scene {
-            mesh: MeshRef::Builtin(BuiltinMesh::Sphere),
-            film: Film::default(),
-            backdrop: None,
-            ..scene.clone()
-        };
-        for object in &mut plain.objects {
-            (object.mesh, object.material) = (MeshRef::default(), None);
-        }
-        if let Some(ground) = &mut plain.ground {
-            ground.material = None;
-        }
-        let json = serde_json::to_vec(&plain).expect("a scene is finite numbers and words");
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(hash);
-        hasher.update(&json);
-        hasher.update(loaded.hash.as_bytes());
-        for other in others {
-            hasher.update(&other.hash);
-        }
-        Self { scene, stage, assets: &loaded.assets, key: hasher.finalize() }
-    }
-
-    /// Number of parts: the subject, and the other objects if the view has them.
-    pub(crate) fn parts(&self) -> usize {
-        self.stage.count()
-    }
-
-    /// Returns the view of another part: 0 is the subject.
-    pub(crate) fn with_part(&self, part: usize) -> Self {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(self.key.as_bytes()).update(b"part").update(&part.to_le_bytes());
-        let (scene, assets) = (self.scene, self.assets);
-        Self { scene, stage: self.stage.with_part(part), assets, key: hasher.finalize() }
-    }
-
-    pub(crate) fn scene(&self) -> &Scene {
-        self.scene
-    }
-
-    /// Returns the same view of another scene, which differs in its lights.
-    pub(crate) fn with_scene<'b>(&self, scene: &'b Scene) -> SceneView<'b>
-    where
-        'a: 'b,
-    {
-        let json = serde_json::to_vec(&scene.lights).expect("lights are finite numbers and words");
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(self.key.as_bytes());
-        hasher.update(&json);
-        let (stage, assets) = (self.stage.clone(), self.assets);
-        SceneView { scene, stage, assets, key: hasher.finalize() }
-    }
-
-    fn render(&self, raster: Raster) -> SampleSet {
-        SampleSet::render_with_assets(self.stage.clone(), self.scene, self.assets, raster)
-    }
-
-    /// Samples a part of the picture with environments for `lobes`. Not cached: the sets are large.
-    pub(crate) fn render_direct(&self, raster: Raster, lobes: LobeShape) -> SampleSet {
-        SampleSet::render_direct(self.stage.clone(), self.scene, self.assets, raster, lobes)
-    }
-
-    /// Returns the backdrop of an area of the picture.
-    pub(crate) fn backdrop(&self, size_px: PictureSize, area: PixelArea) -> LitBackdrop {
-        LitBackdrop::new((self.scene, self.stage.mesh(), self.assets), size_px, area)
-    }
-
-    fn render_prefiltered(&self, raster: Raster) -> (SampleSet, PrefilteredLight) {
-        SampleSet::render_prefiltered(self.stage.clone(), self.scene, self.assets, raster)
-    }
-
-    /// Samples some pixels, columns and rows, of the whole picture. Not cached: the pixels depend
-    /// on the material.
-    pub(crate) fn render_pixels(
-        &self,
-        (size_px, samples): (PictureSize, u16),
-        pixels: &[(u32, u32)],
-        lobes: Option<LobeShape>,
-    ) -> SampleSet {
-        let (scene, stage, assets) = (self.scene, self.stage.clone(), self.assets);
-        SampleSet::render_pixels(stage, scene, assets, (size_px, samples), pixels, lobes)
-    }
-
-    fn set_key(&self, raster: Raster) -> blake3::Hash {
-        let Raster { size_px, sampling, area } = raster;
-        // 0 is free to stand for adaptive sampling: a fixed number of samples is at least 1.
-        let samples = match sampling {
-            Sampling::Adaptive => 0,
-            Sampling::Fixed(samples) => u32::from(samples),
-        };
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(self.key.as_bytes());
-        let whole = [size_px.width, size_px.height];
-        let part = [area.x, area.y, area.width, area.height];
-        for number in whole.into_iter().chain([samples]).chain(part) {
-            hasher.update(&number.to_le_bytes());
-        }
-        hasher.finalize()
-    }
-
-    fn points_key(&self, raster: Raster) -> blake3::Hash {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(self.set_key(raster).as_bytes()).update(b"points");
-        hasher.finalize()
-    }
-
-    fn spheres_key(&self, layout: SphereLayout) -> blake3::Hash {
-        let mut hasher = blake3::Hasher::new();
-        hasher.update(self.key.as_bytes()).update(b"lit spheres");
-        hasher.update(&layout.texels.to_le_bytes()).update(&layout.turns.to_le_bytes());
-        hasher.finalize()
-    }
-}
 
 /// Caches of one renderer.
 pub(crate) struct Caches {
@@ -485,14 +282,16 @@ fn bytes_of(mesh: &LoadedMesh) -> usize {
     // Bytes per vertex: position, normal, tangent and texture coordinate in f64. Bytes per
     // triangle: three indices, and the triangle and nodes of the tracer that the first picture
     // builds.
-    mesh.mesh.vertex_count() * 88 + mesh.mesh.triangle_count() * (12 + 144)
+    mesh.mesh().vertex_count() * 88 + mesh.mesh().triangle_count() * (12 + 144)
 }
 
 #[cfg(test)]
 mod tests {
-    use brood_scene::{Exposure, PixelArea};
+    use brood_light::LightAssets;
+    use brood_scene::{Exposure, Scene};
 
     use super::*;
+    use crate::scene_view::LoadedAssets;
 
     #[test]
     fn sample_set_is_shared_when_only_film_differs() {

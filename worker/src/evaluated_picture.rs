@@ -11,9 +11,10 @@ use brood_program::Program;
 use brood_protocol::{Backend, Frame, RenderStats};
 use brood_scene::{Exposure, PictureSize, PixelArea, SampleSet, Sampling};
 
-use crate::cache::{Caches, Raster, SceneView};
+use crate::cache::Caches;
 use crate::error::RenderError;
 use crate::evaluator::Evaluators;
+use crate::scene_view::{Raster, SceneView};
 
 /// Evaluated picture of one program.
 pub(crate) trait EvaluatedPicture {

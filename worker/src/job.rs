@@ -11,12 +11,12 @@ use brood_protocol::{
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
 
-use crate::cache::LoadedMesh;
 use crate::error::RenderError;
 use crate::lease::{Interrupted, JobKind, RetryPolicy, renew_lease, send_with_retry};
 use crate::light_asset_cache::LightAssetCache;
 use crate::render_thread::RenderRequest;
 use crate::renderer::Renderer;
+use crate::scene_view::LoadedMesh;
 use crate::target_cache::LoadedTarget;
 
 /// Resources that a worker shares among its render jobs.

@@ -36,11 +36,13 @@ mod gpu_benchmark;
 mod job;
 mod lease;
 mod light_asset_cache;
+mod lit_spheres;
 mod painted_picture;
 mod render_counters;
 mod render_thread;
 mod render_worker;
 mod renderer;
+mod scene_view;
 mod search;
 mod search_run;
 mod shot;
@@ -54,10 +56,10 @@ mod lease_tests;
 #[cfg(test)]
 mod renderer_tests;
 
-pub use cache::LoadedMesh;
 pub use error::RenderError;
 pub use lease::WorkerError;
 pub use render_worker::{WorkerConfig, run};
 pub use renderer::Renderer;
+pub use scene_view::LoadedMesh;
 pub use search::{SearcherConfig, run_searches};
 pub use view_comparison::ViewComparison;

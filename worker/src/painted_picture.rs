@@ -10,11 +10,12 @@ use brood_protocol::RenderStats;
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
-use crate::cache::{Caches, Raster};
+use crate::cache::Caches;
 use crate::error::RenderError;
 use crate::evaluated_picture::EvaluatedPicture;
 use crate::evaluator::Evaluators;
 use crate::render_counters::micros;
+use crate::scene_view::Raster;
 use crate::shot::{BATCH_FLOATS, Shot};
 
 /// Evaluated picture of one painted material.

@@ -15,9 +15,9 @@ use brood_protocol::{
 };
 use tokio::sync::{mpsc, oneshot};
 
-use crate::cache::LoadedMesh;
 use crate::error::RenderError;
 use crate::renderer::Renderer;
+use crate::scene_view::LoadedMesh;
 use crate::subject::LoadedSubject;
 use crate::target_cache::LoadedTarget;
 

@@ -3,30 +3,26 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
-use brood_eval::{
-    BACKDROP_TEXELS, Developed, Gain, LitBackdrop, is_prefilterable, lobe_tables, shade,
-};
+use brood_eval::{Developed, Gain, LitBackdrop, lobe_tables, shade};
 use brood_light::LightAssets;
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{
     Backend, BackendReport, Frame, PictureFormat, RenderStats, RenderedPicture, WorkerReport,
 };
-use brood_scene::{
-    Backdrop, Exposure, Film, LobeNodes, LobeTable, PixelArea, SampleSet, Sampling, SphereLayout,
-    backdrop_radiance,
-};
+use brood_scene::{Exposure, Film, LobeNodes, LobeTable, PixelArea, SampleSet, Sampling};
 use rayon::prelude::*;
 
 use crate::banded_picture::banded_images;
 use crate::bounded_cache::BoundedCache;
-use crate::cache::{Caches, LoadedAssets, LoadedMesh, Raster, SceneView};
+use crate::cache::Caches;
 use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
 use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner, SampledPicture};
 use crate::evaluator::Evaluators;
 use crate::painted_picture::painted_images;
 use crate::render_counters::micros;
+use crate::scene_view::{LoadedAssets, LoadedMesh, Raster, SceneView};
 use crate::shot::{BATCH_FLOATS, Method, Shot};
 use crate::target_cache::TargetCache;
 
@@ -203,44 +199,6 @@ impl Renderer {
         let surroundings = self.surroundings(&Shot { view, frame, film: scene.film, area })?;
         let backdrop = SceneView::new(&scene, mesh, &assets).backdrop(frame.size_px, area);
         Ok(backdrop.with_surroundings(surroundings))
-    }
-
-    /// Computes the lit spheres of programs in the environments of a frame.
-    fn lit_spheres(
-        &self,
-        frame: &Frame,
-        mesh: &LoadedMesh,
-        programs: &[&Program],
-    ) -> Result<Vec<EncodedPicture>, RenderError> {
-        let scene = frame.scene()?;
-        scene.validate()?;
-        if !scene.is_prefilterable() || !programs.iter().all(|program| is_prefilterable(program)) {
-            let words = "lit spheres need an environment and isotropic homogeneous programs";
-            return Err(RenderError::Missing(words.to_owned()));
-        }
-        let words = || RenderError::Missing("no lit spheres have this size".to_owned());
-        let layout = SphereLayout::of_size(frame.size_px).ok_or_else(words)?;
-        let assets = self.loaded_assets();
-        let texels = frame.size_px.pixels() as usize;
-        let made = self.caches.lit_spheres(&SceneView::new(&scene, mesh, &assets), layout);
-        let tables = self.lobe_tables(frame.backend, programs)?;
-        let tables: Vec<&LobeTable> = tables.iter().map(|table| &**table).collect();
-        let radiance = self.caches.counters.timed(
-            || made.shade(&tables, texels),
-            |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
-        );
-        let of_program = radiance.iter().zip(programs);
-        let backdrop = match scene.backdrop {
-            Some(Backdrop::Environment { blur_deg }) => {
-                let (side, parts) = (BACKDROP_TEXELS, (&scene, mesh.mesh(), assets.assets()));
-                Some(backdrop_radiance(blur_deg, parts, side.into(), PixelArea::whole(side)))
-            }
-            Some(Backdrop::Color { .. }) | None => None,
-        };
-        let encoded = of_program.map(|(own, program)| {
-            EncodedPicture::spheres(layout, own, backdrop.as_deref(), program)
-        });
-        Ok(encoded.collect())
     }
 
     /// Renders and develops the pictures of all programs, in their order. Ignores the frame's
@@ -458,7 +416,7 @@ impl Renderer {
     }
 
     /// Returns the tables of programs, from the cache if possible.
-    fn lobe_tables(
+    pub(crate) fn lobe_tables(
         &self,
         backend: Backend,
         programs: &[&Program],

@@ -7,9 +7,9 @@ use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
 use brood_scene::{Exposure, PictureSize, PixelArea, Sampling, Scene};
 
-use crate::cache::LoadedMesh;
 use crate::error::RenderError;
 use crate::renderer::Renderer;
+use crate::scene_view::LoadedMesh;
 
 fn programs(count: u32) -> Vec<Program> {
     let random = Variation::random(Dialect::default());

@@ -5,7 +5,7 @@ use brood_program::Program;
 use brood_protocol::{Frame, PictureFormat};
 use brood_scene::{Exposure, Film, LobeShape, PixelArea};
 
-use crate::cache::SceneView;
+use crate::scene_view::SceneView;
 
 /// Number of f32 values evaluated at once. Larger requests are split: a brood of 256 at 2048 x 2048
 /// would take 13 GB.

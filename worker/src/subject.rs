@@ -14,10 +14,10 @@ use brood_protocol::{
 use brood_scene::{Exposure, LitAngles, PictureSize, PixelArea, Raster, SampleSet};
 use brood_target::{KnownView, PixelStatus};
 
-use crate::cache::{LoadedMesh, SceneView};
 use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
 use crate::renderer::Renderer;
+use crate::scene_view::{LoadedMesh, SceneView};
 use crate::target_cache::LoadedTarget;
 use crate::view_comparison::shot;
 

@@ -8,9 +8,9 @@ use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
 use brood_scene::{Exposure, Film, MeshRef, PictureSize, PixelArea, Sampling, Scene};
 
-use crate::cache::{LoadedMesh, Raster};
 use crate::error::RenderError;
 use crate::renderer::Renderer;
+use crate::scene_view::{LoadedMesh, Raster};
 use crate::shot::Shot;
 
 /// Longer side of the pictures in which the exposure of a ground is measured, pixels.

@@ -6,7 +6,7 @@ mod fine_search;
 mod subject;
 
 use anyhow::Result;
-use brood_eval::{Effort, EnergyLimit, FLATTEST_COS, LimitSearch, Stage, UNBOUNDED_COS};
+use brood_eval::{ClimbStage, Effort, EnergyLimit, FLATTEST_COS, LimitSearch, UNBOUNDED_COS};
 use brood_program::Program;
 
 use crate::chart::{Axis, Cell, Plot, Point, Quartiles, ResultTable, Series, cells};
@@ -35,8 +35,8 @@ const EFFORTS: [(&str, Effort); 2] = [
             starts: 10,
             scattered_starts: 8,
             stages: [
-                Stage { climbers: [6, 4, 2], ..Effort::USUAL.stages[0] },
-                Stage { order: 24, climbers: [2, 1, 1], ..Effort::USUAL.stages[1] },
+                ClimbStage { climbers: [6, 4, 2], ..Effort::USUAL.stages[0] },
+                ClimbStage { order: 24, climbers: [2, 1, 1], ..Effort::USUAL.stages[1] },
             ],
             ..Effort::USUAL
         },

@@ -31,7 +31,7 @@ pub use axes::{UNBOUNDED_COS, is_anisotropic};
 pub use hemisphere::{Quadrature, direction_at, direction_pair};
 pub use limit::{EnergyLimit, FLATTEST_COS, Incidence};
 pub use lobe::LobeRule;
-pub use search::{ALBEDO_ORDER, Effort, LimitSearch, Stage};
+pub use search::{ALBEDO_ORDER, ClimbStage, Effort, LimitSearch};
 
 use subject::{Fineness, Subject, largest};
 

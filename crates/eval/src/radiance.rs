@@ -86,8 +86,8 @@ impl RadianceImage {
     }
 
     /// Adds another object of the same scene, which covers another part of each pixel. Automatic
-    /// exposure still measures this one. Where rounding makes them cover more than a pixel, the mean
-    /// is kept.
+    /// exposure still measures this one. Where rounding makes them cover more than a pixel, the
+    /// mean is kept.
     ///
     /// # Panics
     /// If the other picture has another size.

@@ -1,9 +1,9 @@
 //! Start-up probe: checks that an adapter, with a given shader, is bit-equal to the canonical
 //! evaluator.
 //!
-//! A few dozen random programs, painted materials and sweeps of every function run on the device and on the CPU, there
-//! with [`execute`], which defines the results; the bits are compared. The probe takes milliseconds
-//! and decides whether the adapter counts as exact.
+//! A few dozen random programs, painted materials and sweeps of every function run on the device
+//! and on the CPU, there with [`execute`], which defines the results; the bits are compared. The
+//! probe takes milliseconds and decides whether the adapter counts as exact.
 
 use brood_brdf::{Input, InputMask, Lighting};
 use brood_eval::conformance::wild_style;
@@ -119,8 +119,8 @@ fn sweeps() -> Vec<Genome> {
         .collect()
 }
 
-/// Returns a row for every input, those of painted materials included: mostly numbers as in scenes; for u and v numbers of all
-/// magnitudes, small enough that some squares are subnormal.
+/// Returns a row for every input, those of painted materials included: mostly numbers as in scenes;
+/// for u and v numbers of all magnitudes, small enough that some squares are subnormal.
 pub(crate) fn inputs() -> Vec<Vec<f32>> {
     let key = BirthKey { seed: 12, slot: 0, attempt: 0 };
     let mut stream = Stream::new(key, Operator::RandomConstants);

@@ -89,8 +89,8 @@ impl UnitFrame {
         self.reach
     }
 
-    /// Returns the distance from the subject's centre that cameras frame by default, in radii of the
-    /// subject's mesh: 1 without other objects, whatever the subject's scale.
+    /// Returns the distance from the subject's centre that cameras frame by default, in radii of
+    /// the subject's mesh: 1 without other objects, whatever the subject's scale.
     #[must_use]
     pub fn framed(&self) -> f64 {
         self.framed

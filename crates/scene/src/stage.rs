@@ -161,7 +161,7 @@ impl Other<'_> {
     }
 }
 
-/// What casts shadows: the part itself and all others.
+/// Casters of shadows: the part itself and all others.
 #[derive(Debug, Clone)]
 pub(crate) struct Obstacles<'a> {
     pub own: &'a Tracer,

@@ -10,8 +10,9 @@ use crate::writer::operation;
 use crate::{StorageError, Store};
 
 impl Store {
-    /// Stores a scene. Returns its id; equal JSON (by its hash) keeps its first id. The genomes that
-    /// it names as materials are kept from now on, even when all individuals with them are removed.
+    /// Stores a scene. Returns its id; equal JSON (by its hash) keeps its first id. The genomes
+    /// that it names as materials are kept from now on, even when all individuals with them are
+    /// removed.
     ///
     /// # Errors
     /// Returns `StorageError::NotFound` if one of the genomes does not exist.

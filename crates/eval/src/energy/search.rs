@@ -54,12 +54,12 @@ pub struct Effort {
     /// Number of scattered places that it starts from.
     pub scattered_starts: usize,
     /// Stages of the climb.
-    pub stages: [Stage; 2],
+    pub stages: [ClimbStage; 2],
 }
 
 /// A stage of the climb: each of its steps is half as long as the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Stage {
+pub struct ClimbStage {
     /// Order of the quadrature.
     pub order: usize,
     /// Spacing of the nodes for layers.
@@ -81,8 +81,8 @@ impl Effort {
         starts: 24,
         scattered_starts: 12,
         stages: [
-            Stage { order: 16, spacing: 0.35, climbers: [10, 6, 4] },
-            Stage { order: 32, spacing: 0.25, climbers: [4, 2, 2] },
+            ClimbStage { order: 16, spacing: 0.35, climbers: [10, 6, 4] },
+            ClimbStage { order: 32, spacing: 0.25, climbers: [4, 2, 2] },
         ],
     };
 }

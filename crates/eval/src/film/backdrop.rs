@@ -10,7 +10,7 @@ use super::developed::Developed;
 use super::surroundings::Surroundings;
 use crate::radiance::RadianceImage;
 
-/// What surrounds the object in a part of a picture, for pictures of any material: other objects,
+/// Surroundings of the object in a part of a picture, for pictures of any material: other objects,
 /// and the backdrop behind all.
 #[derive(Debug)]
 pub struct LitBackdrop {

@@ -56,7 +56,8 @@ pub(crate) trait Source {
         0.0
     }
 
-    /// Returns the approximate maximum of the irradiance at the subject's centre, in the unit frame.
+    /// Returns the approximate maximum of the irradiance at the subject's centre, a position of the
+    /// unit frame.
     fn reference_irradiance(&self, pivot: DVec3) -> Option<[f64; 3]>;
 
     /// Returns the light as if all of it came from its middle; `None` if it does not reach the

@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::fmt;
 
+use brood_light::FieldError;
+use brood_light::field::require;
 use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use utoipa::openapi::schema::{SchemaType, Type};
@@ -10,7 +12,9 @@ use utoipa::openapi::{ObjectBuilder, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
 /// Longest mesh id, in bytes.
-pub(super) const ID_BYTES_MAX: usize = 128;
+const ID_BYTES_MAX: usize = 128;
+/// Largest scale of a mesh.
+pub(super) const SCALE_MAX: f64 = 1000.0;
 
 /// Mesh by name. In JSON a string: the name of a built-in mesh, otherwise the id of an uploaded
 /// one.
@@ -20,6 +24,14 @@ pub enum MeshRef {
     Builtin(BuiltinMesh),
     /// Id of an uploaded mesh.
     Uploaded(String),
+}
+
+impl MeshRef {
+    pub(super) fn validate(&self, pointer: &str) -> Result<(), FieldError> {
+        let Self::Uploaded(id) = self else { return Ok(()) };
+        require(!id.is_empty(), pointer, "the id of the mesh is empty")?;
+        require(id.len() <= ID_BYTES_MAX, pointer, "the id of the mesh is over 128 bytes")
+    }
 }
 
 impl Default for MeshRef {

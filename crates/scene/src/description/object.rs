@@ -5,8 +5,7 @@ use brood_light::field::{finite, require};
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::MeshRef;
-use super::validate::SCALE_MAX;
+use super::mesh_ref::{MeshRef, SCALE_MAX};
 
 /// Largest number of objects beside the one that is bred.
 pub const OBJECTS_MAX: usize = 8;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::camera::{LookAtCamera, OrbitCamera, OrthographicCamera};
 use super::film::EV_MAX;
-use super::mesh_ref::ID_BYTES_MAX;
+use super::mesh_ref::SCALE_MAX;
 use super::object::OBJECTS_MAX;
 use super::{Camera, Exposure, Ground, MeshRef, Scene, SpherePole};
 
@@ -15,8 +15,6 @@ use super::{Camera, Exposure, Ground, MeshRef, Scene, SpherePole};
 pub const LIGHTS_MAX: usize = 16;
 /// Largest number of samples of all lights at one shading point.
 pub const LIGHT_SAMPLES_MAX: u32 = 4096;
-/// Largest scale.
-pub(super) const SCALE_MAX: f64 = 1000.0;
 /// Bounds of the vertical field of view in degrees, both exclusive.
 const FOV_Y_DEG: (f64, f64) = (0.1, 170.0);
 /// Sine of the smallest angle between the view direction and up.
@@ -53,14 +51,6 @@ impl Scene {
             object.validate(&format!("/objects/{index}"), self.ground.is_some())?;
         }
         self.ground.as_ref().map_or(Ok(()), Ground::validate)
-    }
-}
-
-impl MeshRef {
-    pub(super) fn validate(&self, pointer: &str) -> Result<(), FieldError> {
-        let Self::Uploaded(id) = self else { return Ok(()) };
-        require(!id.is_empty(), pointer, "the id of the mesh is empty")?;
-        require(id.len() <= ID_BYTES_MAX, pointer, "the id of the mesh is over 128 bytes")
     }
 }
 

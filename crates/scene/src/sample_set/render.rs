@@ -120,8 +120,8 @@ impl SampleSet {
     /// Samples a scene without its environments, whose light is prefiltered instead.
     ///
     /// # Domain
-    /// Adaptive sampling, and scenes with [`Scene::is_prefilterable`]. Only for isotropic homogeneous
-    /// materials.
+    /// Adaptive sampling, and scenes with [`Scene::is_prefilterable`]. Only for isotropic
+    /// homogeneous materials.
     ///
     /// # Panics
     /// As [`SampleSet::render_area`], and if the sampling is fixed.
