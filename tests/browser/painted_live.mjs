@@ -5,13 +5,19 @@ import { allLit, asServerDraws, hold, noneLit, slide } from "./live.mjs";
 import { goTo } from "./materials.mjs";
 import { poster } from "./server.mjs";
 
-/** Largest share of pixels apart: edges are as wide as pixels in both. */
+/**
+ * Largest share of pixels apart: edges of paint are as wide as pixels in both. What is left are
+ * edges of the object before itself and of shadows, a smaller share in larger frames.
+ */
 const APART = 0.02;
+const LARGE = { width: 1440, height: 985 };
 
 /** Runs the journey; `shot` saves a screenshot. */
 export async function paintedLive(app, step, shot, base) {
   const { page } = app;
   const send = poster(base);
+  const size = page.viewportSize();
+  await page.setViewportSize(LARGE);
   const { lineage: before } = await app.generation(await app.ready());
 
   /** Opens a painted lineage in a scene. */
@@ -69,5 +75,6 @@ export async function paintedLive(app, step, shot, base) {
   });
 
   await goTo(app, before);
+  await page.setViewportSize(size);
   app.quiet();
 }
