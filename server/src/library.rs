@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use brood_eval::express;
 use brood_genome::preset::{Preset, neutral};
-use brood_genome::{Genome, GenomeHash};
+use brood_genome::{Genome, GenomeHash, Input};
 use brood_inspect::{CurvePoint, Inspection, LightOrbit, Phenomena, inspect};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{Program, ProgramHash};
@@ -66,6 +66,8 @@ pub struct KnownScene {
     pub mesh: MeshSource,
     /// The other objects for workers, then the ground.
     pub objects: Vec<ObjectSource>,
+    /// True if there is a ground whose material is a BRDF.
+    pub has_lit_ground: bool,
 }
 
 /// Framing of a picture: everything but the material.
@@ -283,7 +285,11 @@ impl Library {
                 ApiError::internal(format!("stored scene {id} cannot be read: {error}"))
             })?;
             let (mesh, objects) = self.meshes(&scene).await?;
-            Ok::<_, ApiError>(Arc::new(KnownScene { scene, mesh, objects }))
+            let ground = scene.ground.as_ref().and_then(|_| objects.last());
+            let ground = ground.map(|ground| Program::from_words(&ground.words)).transpose();
+            let ground = ground.map_err(|error| ApiError::internal(error.to_string()))?;
+            let has_lit_ground = ground.is_some_and(|ground| !ground.is_painted());
+            Ok::<_, ApiError>(Arc::new(KnownScene { scene, mesh, objects, has_lit_ground }))
         };
         Ok(self.scenes.try_get_with(id, read).await?)
     }
@@ -301,17 +307,21 @@ impl Library {
         sources.extend(scene.ground.iter().map(|_| MeshSource::Builtin));
         let mut objects = Vec::with_capacity(sources.len());
         for ((name, pointer), mesh) in scene.materials().zip(sources) {
-            let words = self.material_words(name).await.map_err(|error| error.at(pointer))?;
-            objects.push(ObjectSource { mesh, words });
+            let program = self.program_of(name).await.map_err(|error| error.at(pointer))?;
+            if program.is_painted() && scene.lights.len() > Input::LIGHTS {
+                let words = format!("must be at most {} with a painted object", Input::LIGHTS);
+                return Err(ApiError::refused(words).at("/lights"));
+            }
+            objects.push(ObjectSource { mesh, words: program.to_words() });
         }
         Ok((mesh, objects))
     }
 
-    /// Returns the packed program of an object's material.
-    async fn material_words(&self, name: Option<&str>) -> Result<Vec<u32>, ApiError> {
-        let Some(name) = name else { return Ok(express(neutral()).to_words()) };
+    /// Returns the program of an object's material.
+    async fn program_of(&self, name: Option<&str>) -> Result<Program, ApiError> {
+        let Some(name) = name else { return Ok(express(neutral())) };
         if let Some(preset) = Preset::find(name) {
-            return Ok(express(preset.genome()).to_words());
+            return Ok(express(preset.genome()));
         }
         let hash: GenomeHash = name.parse().map_err(|_| {
             let words = format!(
@@ -320,7 +330,7 @@ impl Library {
             );
             ApiError::refused(words)
         })?;
-        Ok(self.material(hash).await?.program.to_words())
+        Ok(self.material(hash).await?.program.clone())
     }
 
     /// Returns the source of a scene's mesh.

@@ -1,5 +1,5 @@
 /**
- * The ground and the object beside the one that is bred: where they are, and what they are made of.
+ * Places and materials of the ground and of the object beside the one that is bred.
  * The controls change the first such object; a scene from elsewhere may have more.
  *
  * @import { Scene, SceneObject } from "../model.js"

@@ -60,7 +60,7 @@ function Spot() {
   if (!scene || !object || !extents) return null;
   const { around, distance, radius } = spotOf(object, scene, extents);
   return html`
-    <${Slider} id="neighbour-around" name="Around" title="Where the other object is, around the one that is bred" value=${Math.round(around)} min=${0} max=${359} step=${1} shown=${`${Math.round(around)}°`}
+    <${Slider} id="neighbour-around" name="Around" title="Direction of the other object from the one that is bred" value=${Math.round(around)} min=${0} max=${359} step=${1} shown=${`${Math.round(around)}°`}
       onInput=${(/** @type {number} */ to) => dragNeighbour({ around: to })} onCommit=${commitNeighbour} />
     <${Slider} id="neighbour-distance" name="Distance" title="Distance between the two centres, in radii of the object that is bred" value=${distance.toFixed(2)} min=${0.5} max=${4} step=${0.05} shown=${distance.toFixed(2)}
       onInput=${(/** @type {number} */ to) => dragNeighbour({ distance: to })} onCommit=${commitNeighbour} />

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use brood_eval::{GatheredLight, Surroundings, shade_prefiltered};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_protocol::RenderStats;
+use brood_protocol::{Backend, RenderStats};
 use brood_scene::{
     LobeTable, PictureSize, PixelArea, PrefilteredLight, SampleSet, Sampling, SphereLayout,
 };
@@ -39,7 +39,8 @@ impl Caches {
     /// Creates caches in `entries`. Built-in meshes are kept beside them.
     pub(crate) fn new(entries: BoundedCache) -> Self {
         Self {
-            builtin: Cache::new(BuiltinMesh::ALL.len() as u64 + 1),
+            // With the sphere of other poles and the ground, which have no names.
+            builtin: Cache::new(BuiltinMesh::ALL.len() as u64 + 2),
             entries,
             counters: RenderCounters::default(),
         }
@@ -105,17 +106,18 @@ impl Caches {
         self.timed_set(view.spheres_key(layout), make)
     }
 
-    /// Returns the key of the exposure of a material in a view.
+    /// Returns the key of the exposure of a material in a view, by an evaluator.
     pub(crate) fn metered_key(
         &self,
         view: &SceneView<'_>,
         size_px: PictureSize,
-        program: &Program,
+        (program, backend): (&Program, Backend),
     ) -> [u8; 32] {
         let area = PixelArea::whole(size_px);
         let raster = Raster { size_px, sampling: Sampling::Adaptive, area };
         let mut hasher = blake3::Hasher::new();
         hasher.update(view.set_key(raster).as_bytes()).update(program.hash().as_bytes());
+        hasher.update(&[u8::from(backend == Backend::Reference)]);
         *hasher.finalize().as_bytes()
     }
 
@@ -128,8 +130,8 @@ impl Caches {
         self.entries.insert(key, Arc::new(ev), size_of::<Option<f64>>());
     }
 
-    /// Returns the pictures of a view's other objects, from the cache if possible. `identity` tells
-    /// all that they depend on besides the view and the raster.
+    /// Returns the pictures of a view's other objects, from the cache if possible. `identity` is a
+    /// hash of everything else that they depend on.
     pub(crate) fn surroundings(
         &self,
         (view, raster): (&SceneView<'_>, Raster),

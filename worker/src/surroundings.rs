@@ -78,7 +78,7 @@ impl Renderer {
         metered.size_px = size_px;
         let view = view.with_part(view.parts() - 1);
         let area = PixelArea::whole(size_px);
-        let key = self.caches.metered_key(&view, size_px, &program);
+        let key = self.caches.metered_key(&view, size_px, (&program, frame.backend));
         let ev = match self.caches.metered(key) {
             Some(ev) => ev,
             None => {
@@ -86,8 +86,7 @@ impl Renderer {
                 let image =
                     self.shaded(&shot, &[&*program], |_: &Program, picture| picture.radiance())?;
                 let image = image.first().expect("one picture of one program");
-                let is_seen = image.coverage().iter().any(|coverage| *coverage > 0.0);
-                let ev = is_seen.then(|| Gain::of_image(Exposure::Auto, image).ev - STOPS_BELOW);
+                let ev = Gain::of_lit(image).map(|gain| gain.ev - STOPS_BELOW);
                 self.caches.keep_metered(key, ev);
                 ev
             }
@@ -104,7 +103,9 @@ impl Renderer {
         if view.parts() == 1 {
             return Ok(None);
         }
-        let mut linear = (*frame).clone();
+        // Of the whole picture, so that its parts are cut from one.
+        let whole = PixelArea::whole(frame.size_px);
+        let mut linear = (*frame).clone().with_area(None);
         linear.format = PictureFormat::Exr;
         let make = || {
             let ev = match self.ground_exposure(shot)?.exposure {
@@ -115,7 +116,7 @@ impl Renderer {
             for (part, object) in (1..).zip(&frame.objects) {
                 let program = self.program(&object.words)?;
                 let view = view.with_part(part);
-                let own = Shot { view, frame: &linear, film: *film, area: *area };
+                let own = Shot { view, frame: &linear, film: *film, area: whole };
                 let mut image =
                     self.shaded(&own, &[&*program], |_: &Program, picture| picture.radiance())?;
                 let image = image.pop().expect("one picture of one program");
@@ -123,7 +124,7 @@ impl Renderer {
             }
             Ok(around)
         };
-        let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: *area };
+        let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: whole };
         let mut hasher = blake3::Hasher::new();
         for object in &frame.objects {
             let words = object.words.iter().flat_map(|word| word.to_le_bytes());
@@ -132,7 +133,7 @@ impl Renderer {
         hasher.update(&[u8::from(frame.backend == Backend::Reference)]);
         hasher.update(format!("{:?}", film.exposure).as_bytes());
         let made = self.caches.surroundings((view, raster), &hasher.finalize(), make)?;
-        Ok(Some(made))
+        Ok(Some(if *area == whole { made } else { Arc::new(made.crop(*area)) }))
     }
 }
 
@@ -197,8 +198,35 @@ mod tests {
             let start = 4 * (y * SIDE + area.x) as usize;
             first[start..start + 4 * area.width as usize].to_vec()
         });
-        let apart = rows.zip(&part).map(|(a, b)| a.abs_diff(*b)).max();
-        assert!(apart <= Some(1), "{apart:?}");
+        assert!(rows.eq(part));
+    }
+
+    #[test]
+    fn exposure_does_not_depend_on_earlier_evaluators_nor_on_a_black_ground() {
+        let mesh = Renderer::new(Backend::Cpu).builtin(BuiltinMesh::Knob);
+        let grey = Program::lower(neutral());
+        let scene = scene(GROUND);
+        let orders = [[Backend::Cpu, Backend::Reference], [Backend::Reference, Backend::Cpu]];
+        let [first, mut second] = orders.map(|order| {
+            let renderer = Renderer::new(Backend::Cpu);
+            order.map(|backend| {
+                let mut frame = frame(&scene, &[&grey, &grey]);
+                frame.backend = backend;
+                renderer.render(&frame, &mesh, &[&grey]).unwrap()[0].exposure_ev.to_bits()
+            })
+        });
+        second.reverse();
+        assert_eq!(first, second);
+
+        let black: brood_genome::Genome =
+            "brood 1\n.model lambert\nalbedo 0 0 0\n".parse().unwrap();
+        let renderer = Renderer::new(Backend::Cpu);
+        let black = Program::lower(&black);
+        let gold = program("gold");
+        let dark = renderer.render(&frame(&scene, &[&grey, &black]), &mesh, &[&gold]).unwrap();
+        let alone = Scene { ground: None, objects: Vec::new(), ..scene };
+        let alone = renderer.render(&frame(&alone, &[]), &mesh, &[&gold]).unwrap();
+        assert!((dark[0].exposure_ev - alone[0].exposure_ev).abs() < 0.5, "the subject decides");
     }
 
     #[test]

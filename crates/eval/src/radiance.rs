@@ -85,6 +85,19 @@ impl RadianceImage {
         self.centres = covered.map(|(sum, c)| largest(*sum) / c).collect();
     }
 
+    /// Makes the objects of some pixels cover all of them.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    pub(crate) fn close(&mut self, pixels: &[usize]) {
+        let mut coverage = self.coverage.to_vec();
+        for pixel in pixels.iter().copied().filter(|pixel| self.coverage[*pixel] > 0.0) {
+            self.premultiplied[pixel] = self.premultiplied[pixel].map(|c| c / coverage[pixel]);
+            coverage[pixel] = 1.0;
+        }
+        self.coverage = coverage.into();
+    }
+
     /// Adds another object of the same scene, which covers another part of each pixel. Automatic
     /// exposure still measures this one. Where rounding makes them cover more than a pixel, the
     /// mean is kept.

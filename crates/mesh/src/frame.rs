@@ -115,6 +115,10 @@ impl UnitFrame {
     /// Returns the subject's centre in the unit frame.
     #[must_use]
     pub fn pivot(&self) -> DVec3 {
+        if self.centre == DVec3::ZERO {
+            // Not -0, which rotations make of 0.
+            return DVec3::ZERO;
+        }
         self.position(DVec3::ZERO)
     }
 

@@ -221,10 +221,18 @@ impl Frame {
     pub fn identity(&self) -> blake3::Hash {
         let class = self.backend.exactness_class();
         let mut scene = self.scene_json.clone();
-        if let (MeshSource::Uploaded(_), Ok(mut parsed)) = (self.mesh, self.scene()) {
-            // Two uploads of one file are the same mesh: clear the id, `self.mesh` has the content
-            // hash.
-            parsed.mesh = brood_scene::MeshRef::Uploaded(String::new());
+        let is_uploaded = |mesh: &MeshSource| matches!(mesh, MeshSource::Uploaded(_));
+        let mut meshes =
+            std::iter::once(&self.mesh).chain(self.objects.iter().map(|own| &own.mesh));
+        if let (true, Ok(mut parsed)) = (meshes.any(is_uploaded), self.scene()) {
+            // Two uploads of one file are the same mesh: clear the ids, the sources have the
+            // content hashes.
+            let others = parsed.objects.iter_mut().map(|object| &mut object.mesh);
+            for mesh in std::iter::once(&mut parsed.mesh).chain(others) {
+                if let brood_scene::MeshRef::Uploaded(id) = mesh {
+                    id.clear();
+                }
+            }
             scene = serde_json::to_string(&parsed).expect("a scene is finite numbers and words");
         }
         let shape = (self.size_px, self.sampling, self.area);

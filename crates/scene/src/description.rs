@@ -169,7 +169,8 @@ impl Scene {
         let lights = self.lights.iter().filter_map(|light| {
             let Light::Environment(own) = light else { return None };
             let turned = if own.fixed { 0.0 } else { self.light_deg };
-            Some(EnvironmentLight { rotation_deg: own.rotation_deg + turned, ..own.clone() })
+            let rotation_deg = own.rotation_deg + turned;
+            Some(EnvironmentLight { rotation_deg, shadows: true, ..own.clone() })
         });
         let lights: Vec<EnvironmentLight> = lights.collect();
         if turns > 1 {

@@ -219,7 +219,7 @@ mod tests {
             let alone = coverage(&set((&meshes[0]).into(), &scene, sampling));
             let (mut hidden, mut off) = (0, 0.0);
             // Each part places its rays along its own edges.
-            let most = if sampling == Sampling::Adaptive { 0.15 } else { 1e-5 };
+            let most = if sampling == Sampling::Adaptive { 0.3 } else { 1e-5 };
             for pixel in 0..first.len() {
                 let sum = first[pixel] + second[pixel] + third[pixel];
                 // The ground reaches beyond the picture.

@@ -237,8 +237,8 @@ async fn exposed(
     individual: &StoredIndividual,
 ) -> Result<SceneId, ApiError> {
     let known = app.library.scene(id).await?;
-    if known.scene.film.exposure != Exposure::Auto || known.scene.ground.is_some() {
-        // A ground decides the exposure, whatever the material.
+    if known.scene.film.exposure != Exposure::Auto || known.has_lit_ground {
+        // A lit ground decides the exposure, whatever the material.
         return Ok(id);
     }
     // Beyond the limit of a scene's exposure, the picture is all black or all white anyway.

@@ -124,7 +124,8 @@ pub async fn import(
         }
         for (name, (mesh, data)) in object_meshes {
             let id = app.store.put_mesh(mesh, data).await?;
-            for object in scene.objects.iter_mut().filter(|own| own.mesh.to_string() == name) {
+            let objects = scene.objects.iter_mut().zip(&file.scene.objects);
+            for (object, _) in objects.filter(|(_, given)| given.mesh.to_string() == name) {
                 object.mesh = brood_scene::MeshRef::Uploaded(id.to_string());
             }
         }

@@ -65,7 +65,7 @@ pub struct PostedSpheresQuery {
 }
 
 /// Returns the radiance of an individual in the environments of a scene, for all normals, seen from
-/// nine places of the picture. Only in scenes without shadows.
+/// nine places of the picture. Only of environments that cast no shadows.
 ///
 /// Little-endian: `broodlit`, u32 version (3), u32 texels along the side of a sphere, u32 turns,
 /// f32 unit, then three times as many rows of three times as many texels, the first row at the
@@ -153,7 +153,7 @@ async fn lit_scene(app: &App, id: SceneId, light_deg: Option<f64>) -> Result<Sce
         None => known.scene.clone(),
     };
     if !scene.is_prefilterable() {
-        let words = "lit spheres need a scene with an environment and without shadows";
+        let words = "lit spheres need a scene with environments that cast no shadows";
         return Err(ApiError::refused(words));
     }
     Ok(scene)

@@ -203,6 +203,10 @@ pub async fn render(
         Some(scene) => scene,
         None => super::scene::store(&app, &Scene::default()).await?,
     };
+    if app.library.scene(scene).await?.scene.has_surroundings() {
+        let words = "a target is drawn in scenes without other objects and without ground";
+        return Err(ApiError::refused(words));
+    }
     let view = Framing {
         light_deg: query.light_deg,
         sampling,

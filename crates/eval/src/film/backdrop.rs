@@ -70,7 +70,7 @@ impl LitBackdrop {
     }
 
     /// Puts the other objects beside a picture of that area, and the backdrop behind it, in the
-    /// picture's exposure.
+    /// exposure of the objects if they have one, else in the picture's.
     ///
     /// # Panics
     /// If the picture has another size.
@@ -83,7 +83,8 @@ impl LitBackdrop {
             Content::None => {}
             Content::Plain(plain) => picture.put_over(plain),
             Content::Radiance { size, radiance } => {
-                let exposed = (self.film, picture.exposure_ev);
+                let around = self.surroundings.as_ref().and_then(|around| around.ev);
+                let exposed = (self.film, around.unwrap_or(picture.exposure_ev));
                 picture.put_over(&Developed::opaque(*size, radiance, exposed));
             }
         }

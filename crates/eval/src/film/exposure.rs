@@ -79,17 +79,26 @@ impl Gain {
     /// pixels.
     #[must_use]
     pub fn automatic(values: Vec<f32>) -> Self {
-        let none = Self { factor: 1.0, ev: 0.0, tone: Tone::None };
+        Self::measured(values).unwrap_or(Self { factor: 1.0, ev: 0.0, tone: Tone::None })
+    }
+
+    /// Returns the automatic gain of a picture of known radiance; `None` if it is black.
+    #[must_use]
+    pub fn of_lit(image: &RadianceImage) -> Option<Self> {
+        Self::measured(image.centres().to_vec())
+    }
+
+    fn measured(values: Vec<f32>) -> Option<Self> {
         let count = values.len();
         if count == 0 {
-            return none;
+            return None;
         }
         let value = ranked(values, (97 * count).div_ceil(100) - 1);
         if value < AUTO_FLOOR {
-            return none;
+            return None;
         }
         let factor = AUTO_TARGET / value;
-        Self { factor, ev: libm::log2(f64::from(factor)), tone: Tone::None }
+        Some(Self { factor, ev: libm::log2(f64::from(factor)), tone: Tone::None })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Pictures of the objects beside the one that is bred.
 
-use brood_scene::Film;
+use brood_scene::{Film, PixelArea};
 
 use super::developed::Developed;
 use super::exposure::Gain;
@@ -9,8 +9,8 @@ use super::{alpha, tone};
 use crate::radiance::RadianceImage;
 
 /// Linear pictures of the other objects of a scene, and of its ground: the same for all materials
-/// of a brood. What the objects cover adds up to at most the whole of a pixel, together with the
-/// object that is bred.
+/// of a brood. The coverage of all objects, that of the bred one included, is at most 1 in each
+/// pixel.
 #[derive(Debug, Clone, Default)]
 pub struct Surroundings {
     /// Objects whose material is a BRDF: radiance.
@@ -35,11 +35,21 @@ impl Surroundings {
         }
     }
 
+    /// Returns a part of the pictures; `area` counts from the upper left corner of these.
+    ///
+    /// # Panics
+    /// If the area is not within the pictures.
+    #[must_use]
+    pub fn crop(&self, area: PixelArea) -> Self {
+        let cut = |image: &Option<RadianceImage>| image.as_ref().map(|image| image.crop(area));
+        Self { lit: cut(&self.lit), painted: cut(&self.painted), ev: self.ev }
+    }
+
     /// Size in memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let images = [&self.lit, &self.painted];
-        images.into_iter().flatten().map(|image| 16 * image.coverage().len()).sum()
+        images.into_iter().flatten().map(|image| 20 * image.coverage().len()).sum()
     }
 
     /// Adds the objects to a linear picture.
@@ -49,6 +59,10 @@ impl Surroundings {
     pub fn join(&self, picture: &mut RadianceImage) {
         for image in [&self.lit, &self.painted].into_iter().flatten() {
             picture.put_beside(image);
+        }
+        let gaps = gaps(picture.coverage(), picture.width() as usize);
+        if !gaps.is_empty() {
+            picture.close(&gaps);
         }
     }
 
@@ -81,7 +95,26 @@ impl Surroundings {
                 pixel[3] = alpha(all.min(1.0));
             }
         }
+        let pixels = picture.rgba.as_chunks::<4>().0;
+        let coverage: Vec<f32> = pixels.iter().map(|pixel| f32::from(pixel[3]) / 255.0).collect();
+        for pixel in gaps(&coverage, picture.width as usize) {
+            picture.rgba[4 * pixel + 3] = u8::MAX;
+        }
     }
+}
+
+/// Returns the pixels that objects seem to cover in part although they cover all around: each
+/// object places its rays along its own edges, so what several cover of a pixel may not add up to
+/// all of it.
+fn gaps(coverage: &[f32], width: usize) -> Vec<usize> {
+    let height = coverage.len() / width.max(1);
+    let is_gap = |pixel: &usize| {
+        let (x, y) = (pixel % width, pixel / width);
+        let near = |at: usize, side: usize| at.saturating_sub(1)..(at + 2).min(side);
+        let mut around = near(y, height).flat_map(|y| near(x, width).map(move |x| y * width + x));
+        coverage[*pixel] < 1.0 && around.all(|pixel| coverage[pixel] > 0.5)
+    };
+    (0..coverage.len()).filter(is_gap).collect()
 }
 
 #[cfg(test)]
@@ -97,6 +130,14 @@ mod tests {
         let mesh = Mesh::builtin(BuiltinMesh::Sphere);
         let set = SampleSet::render(&mesh, &Scene::default(), 16, Sampling::Fixed(64));
         shade(&set, &vec![0.0; 3 * set.len()])
+    }
+
+    #[test]
+    fn gaps_are_covered_all_around() {
+        let mut coverage = vec![1.0; 5 * 4];
+        (coverage[7], coverage[4], coverage[3], coverage[15]) = (0.7, 0.2, 0.9, 0.8);
+        // The fourth is beside the fifth, which is nearly clear.
+        assert_eq!(gaps(&coverage, 5), [7, 15]);
     }
 
     #[test]

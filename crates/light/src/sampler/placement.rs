@@ -43,7 +43,7 @@ impl<'a> LightPlacement<'a> {
         match axis {
             Some(axis) => self.direction(axis),
             None => {
-                let towards = (self.frame.pivot() - from).try_normalize();
+                let towards = (-(from - self.frame.pivot())).try_normalize();
                 towards.unwrap_or_else(|| self.frame.direction(-DVec3::Y))
             }
         }

@@ -79,6 +79,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
     };
     let object_meshes = object_meshes(&file)?;
     let materials = crate::controller::scene::materials(&file.scene);
+    let bred = bred(&file);
     let mut light_assets = Vec::with_capacity(file.light_assets.len());
     for (index, asset) in file.light_assets.iter().enumerate() {
         let pointer = format!("/light_assets/{index}/bytes");
@@ -96,8 +97,8 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         if hash.parse() != Ok(found) {
             return Err(refuse(&pointer, "the text does not have this hash"));
         }
-        let is_bred = !materials.contains(&found);
-        if is_bred && !genome.dialect().is_compatible(&file.dialect) {
+        let is_material = materials.contains(&found) && !bred.contains(&found);
+        if !is_material && !genome.dialect().is_compatible(&file.dialect) {
             return Err(refuse(&pointer, "the genome does not have the lineage's dialect"));
         }
         let live = live_instructions(&genome).into_iter().filter(|live| *live).count();
@@ -111,6 +112,17 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         genomes.insert(found, new);
     }
     Ok(Checked { file, genomes, mesh, object_meshes, light_assets })
+}
+
+/// Returns the hashes of the file's individuals and parents.
+fn bred(file: &LineageFile) -> HashSet<GenomeHash> {
+    let individuals = file.generations.iter().flat_map(|one| &one.individuals);
+    let parents = file.generations.iter().flat_map(|one| &one.parents);
+    let parents = parents.filter_map(|parent| match parent {
+        ParentRef::Genome(hash) => Some(*hash),
+        ParentRef::Individual(_) => None,
+    });
+    individuals.filter_map(|one| one.hash.parse().ok()).chain(parents).collect()
 }
 
 /// Reads the uploaded meshes of the scene's other objects.
