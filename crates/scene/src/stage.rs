@@ -207,7 +207,7 @@ mod tests {
     fn parts_cover_a_pixel_together() {
         let scene = scene(
             r#"{"mesh": "torus", "objects": [{"mesh": "ball", "position": [0.9, 0, 1], "scale": 0.7}],
-                "ground": {}, "camera": {"orbit_deg": [20, 15], "distance": 6}}"#,
+                "ground": {}, "camera": {"orbit_deg": [20, 25], "distance": 6}}"#,
         );
         let meshes =
             [BuiltinMesh::Torus, BuiltinMesh::Ball, BuiltinMesh::Ground].map(Mesh::builtin);

@@ -155,10 +155,14 @@ mod tests {
             let mut picture = Developed { width: 16, height: 16, rgba, exposure_ev: ev };
             around.develop_beside(&mut picture, Film::default());
             let light = if is_painted { 0.25 } else { 0.5 };
+            let own = |k: usize| if k % 2 == 0 { 0.0 } else { 0.2 };
+            let codes = (0..pixels).map(|k| alpha((own(k) + coverage[k]).min(1.0)));
+            let shares: Vec<f32> = codes.map(|code| f32::from(code) / 255.0).collect();
+            let gaps = gaps(&shares, 16);
             for (k, pixel) in picture.rgba.as_chunks::<4>().0.iter().enumerate() {
-                let own = if k % 2 == 0 { 0.0 } else { 0.2 };
-                let all = own + coverage[k];
-                assert_eq!(pixel[3], alpha(all.min(1.0)), "{k}");
+                let all = own(k) + coverage[k];
+                let is_closed = gaps.contains(&k);
+                assert_eq!(pixel[3], if is_closed { 255 } else { alpha(all.min(1.0)) }, "{k}");
                 if all > 0.0 {
                     let expected = curve().encode(coverage[k] * light / all);
                     assert!(pixel[0].abs_diff(expected) <= 1, "{k}: {pixel:?} {expected}");

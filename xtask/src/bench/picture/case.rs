@@ -175,10 +175,9 @@ pub fn second() -> material::Pair {
     material::rough_plastic()
 }
 
-fn others_lights() -> [(&'static str, Value); 3] {
+fn others_lights() -> [(&'static str, Value); 2] {
     let near = json!({"kind": "point", "position": [3.0, 4.0, 2.5], "intensity": 90.0});
-    let sky = json!({"kind": "ambient", "radiance_w_m2_sr": 1.0, "samples": 64});
-    [("directional", distant([-1.0, -1.6, -0.7])), ("point", near), ("even", sky)]
+    [("directional", distant([-1.0, -1.6, -0.7])), ("point", near)]
 }
 
 /// Scene with shadows, which the peer always has, and with the peer's treatment of normals.
