@@ -155,7 +155,7 @@ mod tests {
             let mut picture = Developed { width: 16, height: 16, rgba, exposure_ev: ev };
             around.develop_beside(&mut picture, Film::default());
             let light = if is_painted { 0.25 } else { 0.5 };
-            let own = |k: usize| if k % 2 == 0 { 0.0 } else { 0.2 };
+            let own = |k: usize| if k.is_multiple_of(2) { 0.0 } else { 0.2 };
             let codes = (0..pixels).map(|k| alpha((own(k) + coverage[k]).min(1.0)));
             let shares: Vec<f32> = codes.map(|code| f32::from(code) / 255.0).collect();
             let gaps = gaps(&shares, 16);

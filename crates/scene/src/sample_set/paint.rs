@@ -152,7 +152,7 @@ impl Surface<'_> {
     /// Depth along the ray: 0 one radius of the subject in front of its centre, 1 one radius behind
     /// it.
     fn depth(&self, (_, ray, position): (DVec3, Ray, DVec3)) -> f64 {
-        0.5 * (1.0 + self.from_subject(position).dot(ray.direction))
+        0.5 * (1.0 + self.relative_to_subject(position).dot(ray.direction))
     }
 
     /// Returns the hit of a ray with the plane of a triangle, in or outside of the triangle; `None`

@@ -219,7 +219,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Returns a position of the unit frame relative to the subject's centre, in its radii.
-    pub(super) fn from_subject(&self, position: DVec3) -> DVec3 {
+    pub(super) fn relative_to_subject(&self, position: DVec3) -> DVec3 {
         (position - self.subject.0) * self.subject.1
     }
 
