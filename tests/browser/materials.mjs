@@ -101,3 +101,17 @@ export async function materials(app, step, shot) {
   });
   app.quiet();
 }
+
+/** Turns the object in the centre with the mouse; `during` runs before the button is released. */
+export async function turnByHand(app, during) {
+  const { mouse } = app.page;
+  const box = await app.id("centre").boundingBox();
+  const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+  await app.reshown(async () => {
+    await mouse.move(x, y);
+    await mouse.down();
+    await mouse.move(x - 50, y + 10, { steps: 4 });
+    await during();
+    await mouse.up();
+  });
+}

@@ -2,7 +2,7 @@
 // shadows, an environment, a backdrop; the object while it is rotated.
 
 import { allLit, asServerDraws, hold, noneLit, slide } from "./live.mjs";
-import { goTo } from "./materials.mjs";
+import { goTo, turnByHand } from "./materials.mjs";
 import { poster } from "./server.mjs";
 
 /**
@@ -46,15 +46,9 @@ export async function paintedLive(app, step, shot, base) {
   await step("draws painted materials live like the server", async () => {
     const generation = await opened("Painted", { mesh: "knob", lights: [{}] }, 3);
     const text = await compared(generation, "painted");
-    const box = await app.id("centre").boundingBox();
-    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-    await app.reshown(async () => {
-      await page.mouse.move(x, y);
-      await page.mouse.down();
-      await page.mouse.move(x - 50, y + 10, { steps: 4 });
+    await turnByHand(app, async () => {
       await allLit(page);
       await shot("40-painted-turning");
-      await page.mouse.up();
     });
     await noneLit(page);
     return text;

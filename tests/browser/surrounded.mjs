@@ -3,7 +3,7 @@
 import { strict as assert } from "node:assert";
 
 import { allLit, asServerDraws, hold, noneLit, slide, underLamp } from "./live.mjs";
-import { goTo } from "./materials.mjs";
+import { goTo, turnByHand } from "./materials.mjs";
 import { poster } from "./server.mjs";
 
 /** Draws environments live, in a lineage of isotropic homogeneous believable programs. */
@@ -90,15 +90,9 @@ export async function surrounded(app, step, shot, base) {
       ["environment"],
     );
     assert.ok(await app.id("light-moves").isDisabled(), "nothing circles");
-    const box = await app.id("centre").boundingBox();
-    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-    await app.reshown(async () => {
-      await page.mouse.move(x, y);
-      await page.mouse.down();
-      await page.mouse.move(x - 50, y + 10, { steps: 4 });
+    await turnByHand(app, async () => {
       await allLit(page);
       await shot("9-studio-turning");
-      await page.mouse.up();
     });
     await noneLit(page);
     await app.accessible("an environment");

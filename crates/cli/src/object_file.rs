@@ -21,11 +21,12 @@ use crate::frame::read_obj;
 pub fn read(scene: &Scene, folder: &Path, renderer: &Renderer) -> Result<Vec<ObjectSource>> {
     let mut meshes = Vec::new();
     let mut sources = Vec::new();
-    for object in &scene.objects {
+    for (index, object) in scene.objects.iter().enumerate() {
         sources.push(match &object.mesh {
             MeshRef::Builtin(_) => MeshSource::Builtin,
             MeshRef::Uploaded(file) => {
-                let mesh = read_obj(&folder.join(file))?;
+                let mesh = read_obj(&folder.join(file))
+                    .with_context(|| format!("/objects/{index}/mesh of the scene"))?;
                 let source = MeshSource::Uploaded(*mesh.hash());
                 meshes.push(mesh.into());
                 source

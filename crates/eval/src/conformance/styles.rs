@@ -113,8 +113,8 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
     hard_samples(seed, size).with_lights(lighting, columns)
 }
 
-/// Returns styles whose colours are the weights of a genome's palette: the light effect alone, each
-/// of its colours once white among black ones.
+/// Returns one style for each colour of a genome's palette: the light effect alone, with this
+/// colour white and all others black. The result of a style is the weight of its colour.
 ///
 /// # Panics
 /// If the genome is not painted.

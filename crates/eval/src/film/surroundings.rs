@@ -8,9 +8,8 @@ use super::srgb::{curve, decode_srgb};
 use super::{alpha, tone};
 use crate::radiance::RadianceImage;
 
-/// Linear pictures of the other objects of a scene, and of its ground: the same for all materials
-/// of a brood. The coverage of all objects, that of the bred one included, is at most 1 in each
-/// pixel.
+/// Linear pictures of the other objects of a scene and of its ground, which all materials of a
+/// brood share. All objects together cover each pixel at most once.
 #[derive(Debug, Clone, Default)]
 pub struct Surroundings {
     /// Objects whose material is a BRDF: radiance.

@@ -16,7 +16,7 @@ const POSITION_MAX: f64 = 1e6;
 
 /// Object beside the one that is bred, with a material of its own.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "an object")]
 pub struct SceneObject {
     /// Mesh: "ball", "sphere", "torus", "cube", "knob" or the id of an uploaded mesh.
     pub mesh: MeshRef,
@@ -49,7 +49,7 @@ impl Default for SceneObject {
 
 /// Level ground below the object that is bred.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(default, deny_unknown_fields)]
+#[serde(default, deny_unknown_fields, expecting = "an object")]
 pub struct Ground {
     /// Material: the hash of a stored genome, or the name of a preset. Default: neutral grey. Its
     /// texture repeats after one diameter of the object.
