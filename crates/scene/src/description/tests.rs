@@ -225,3 +225,11 @@ fn schema_names_every_field_and_rejects_others() {
     }
     assert!(scene["required"].is_null(), "every field has a default: {scene}");
 }
+
+#[test]
+fn objects_and_ground_of_another_type_are_refused_in_plain_words() {
+    for json in [r#"{"ground": true}"#, r#"{"objects": [7]}"#] {
+        let error = read(json).unwrap_err();
+        assert!(error.contains("expected an object"), "{error}");
+    }
+}
