@@ -83,6 +83,18 @@ impl Caches {
         })
     }
 
+    /// Returns the points of a raster with their places on the surface, for clear materials.
+    pub(crate) fn clear_points(&self, view: &SceneView<'_>, raster: Raster) -> Arc<SampleSet> {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(view.points_key(raster).as_bytes()).update(b"clear");
+        self.timed_set(hasher.finalize(), || {
+            let (stage, scene, assets) = (view.stage.clone(), view.scene, view.assets);
+            let set = SampleSet::render_clear_points(stage, scene, assets, raster);
+            let bytes = bytes_of_set(&set);
+            (set, bytes)
+        })
+    }
+
     /// Returns the sample set of a raster without environments, and their prefiltered light.
     pub(crate) fn prefiltered(&self, view: &SceneView<'_>, raster: Raster) -> Arc<PrefilteredSet> {
         self.set_of(view, raster, || {
@@ -140,13 +152,11 @@ impl Caches {
     ) -> Result<Arc<Surroundings>, RenderError> {
         let mut hasher = blake3::Hasher::new();
         hasher.update(view.set_key(raster).as_bytes()).update(identity.as_bytes());
-        let key = *hasher.finalize().as_bytes();
-        if let Some(known) = self.entries.get(key) {
-            return Ok(known);
-        }
-        let made = Arc::new(make()?);
-        self.entries.insert(key, made.clone(), made.bytes());
-        Ok(made)
+        self.entry(*hasher.finalize().as_bytes(), || {
+            let made = make()?;
+            let bytes = made.bytes();
+            Ok((made, bytes))
+        })
     }
 
     /// Returns what `make` makes of a raster, from the cache if possible. `make` also returns its
@@ -211,6 +221,22 @@ impl Caches {
         let set = Arc::new(view.render(raster));
         self.entries.insert(key, set.clone(), bytes_of_set(&set));
         set
+    }
+
+    /// Returns the entry of a key, or makes it with its size in bytes. Concurrent callers may make
+    /// it twice.
+    pub(crate) fn entry<T: Send + Sync + 'static>(
+        &self,
+        key: [u8; 32],
+        make: impl FnOnce() -> Result<(T, usize), RenderError>,
+    ) -> Result<Arc<T>, RenderError> {
+        if let Some(known) = self.entries.get(key) {
+            return Ok(known);
+        }
+        let (made, bytes) = make()?;
+        let made = Arc::new(made);
+        self.entries.insert(key, made.clone(), bytes);
+        Ok(made)
     }
 
     /// Returns the program with these packed words, from the cache if possible.

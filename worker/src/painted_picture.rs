@@ -6,15 +6,14 @@ use std::time::Instant;
 use brood_brdf::Input;
 use brood_eval::{Developed, RadianceImage, develop_colors, linear_colors};
 use brood_program::Program;
-use brood_protocol::RenderStats;
+use brood_protocol::{Frame, RenderStats};
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
-use crate::cache::Caches;
 use crate::error::RenderError;
 use crate::evaluated_picture::EvaluatedPicture;
-use crate::evaluator::Evaluators;
 use crate::render_counters::micros;
+use crate::renderer::Renderer;
 use crate::scene_view::Raster;
 use crate::shot::{BATCH_FLOATS, Shot};
 
@@ -38,50 +37,80 @@ impl EvaluatedPicture for PaintedPicture<'_> {
     }
 }
 
-/// Evaluates painted programs in batches on the points of the requested part of the picture.
-/// `finish` receives them as lowered for the lights of the scene.
-pub(crate) fn painted_images<T: Send>(
-    shot: &Shot<'_>,
-    programs: &[&Program],
-    (caches, evaluators): (&Caches, &Evaluators),
-    finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
-) -> Result<Vec<T>, RenderError> {
-    let Shot { view, frame, area, .. } = shot;
-    let (given, most) = (view.scene().lights.len(), Input::LIGHTS);
-    if given > most {
-        return Err(RenderError::Lights { given, most });
+impl Renderer {
+    /// Evaluates painted programs in batches on the points of the requested part of the picture.
+    /// `finish` receives them as lowered for the lights of the scene.
+    pub(crate) fn painted_images<T: Send>(
+        &self,
+        shot: &Shot<'_>,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let Shot { view, frame, area, .. } = shot;
+        let (given, most) = (view.scene().lights.len(), Input::LIGHTS);
+        if given > most {
+            return Err(RenderError::Lights { given, most });
+        }
+        let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: *area };
+        let lowered = |set: &SampleSet, program: &Program| {
+            program.painted(set.lighting().expect("the samples are points"))
+        };
+        let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
+        let (clear, plain): (Vec<usize>, Vec<usize>) =
+            (0..programs.len()).partition(|at| programs[*at].glass().is_some());
+        if !plain.is_empty() {
+            let set = self.caches.points(view, raster);
+            let own: Vec<Program> = plain.iter().map(|at| lowered(&set, programs[*at])).collect();
+            let images = self.images_on((&set, frame), &own, &finish)?;
+            plain.into_iter().zip(images).for_each(|(at, image)| done[at] = Some(image));
+        }
+        if !clear.is_empty() {
+            let points = self.caches.clear_points(view, raster);
+            for at in clear {
+                let style = programs[at];
+                let own = lowered(&points, style);
+                let set = self.with_glass(shot, (&points, raster), (style, &own))?;
+                done[at] = self.images_on((&set, frame), &[own], &finish)?.pop();
+            }
+        }
+        Ok(done.into_iter().flatten().collect())
     }
-    let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: *area };
-    let set = &*caches.points(view, raster);
-    let lighting = set.lighting().expect("the samples are points");
-    let lowered: Vec<Program> = programs.iter().map(|program| program.painted(lighting)).collect();
-    let floats = 3 * set.len();
-    let together = (BATCH_FLOATS / floats.max(1)).max(1);
-    let mut colors = Vec::new();
-    let mut done = Vec::with_capacity(programs.len());
-    for programs in lowered.chunks(together) {
-        let batch: Vec<&Program> = programs.iter().collect();
-        caches.counters.timed(
-            || evaluators.eval(frame.backend, &batch, set, &mut colors),
-            |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
-        )?;
-        let (counts, pictures) = (set.counts(), programs.len() as u64);
-        let (rays, samples_covered) = (pictures * counts.rays, pictures * counts.covered);
-        caches.counters.add(RenderStats { rays, samples_covered, ..RenderStats::default() });
-        let started = Instant::now();
-        let pictures: Result<Vec<T>, RenderError> = programs
-            .par_iter()
-            .enumerate()
-            .map(|(index, program)| {
-                let colors = &colors[index * floats..(index + 1) * floats];
-                finish(program, &PaintedPicture { set, colors })
-            })
-            .collect();
-        done.extend(pictures?);
-        let film_us = micros(started.elapsed());
-        caches.counters.add(RenderStats { film_us, ..RenderStats::default() });
+
+    /// Evaluates lowered programs in batches on points, and finishes the pictures in parallel.
+    fn images_on<T: Send>(
+        &self,
+        (set, frame): (&SampleSet, &Frame),
+        lowered: &[Program],
+        finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let (caches, floats) = (&self.caches, 3 * set.len());
+        let together = (BATCH_FLOATS / floats.max(1)).max(1);
+        let mut colors = Vec::new();
+        let mut done = Vec::with_capacity(lowered.len());
+        for programs in lowered.chunks(together) {
+            let batch: Vec<&Program> = programs.iter().collect();
+            caches.counters.timed(
+                || self.evaluators.eval(frame.backend, &batch, set, &mut colors),
+                |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
+            )?;
+            let (counts, pictures) = (set.counts(), programs.len() as u64);
+            let (rays, samples_covered) = (pictures * counts.rays, pictures * counts.covered);
+            caches.counters.add(RenderStats { rays, samples_covered, ..RenderStats::default() });
+            let started = Instant::now();
+            let pictures: Result<Vec<T>, RenderError> = programs
+                .par_iter()
+                .enumerate()
+                .map(|(index, program)| {
+                    let colors = &colors[index * floats..(index + 1) * floats];
+                    finish(program, &PaintedPicture { set, colors })
+                })
+                .collect();
+            done.extend(pictures?);
+            let film_us = micros(started.elapsed());
+            caches.counters.add(RenderStats { film_us, ..RenderStats::default() });
+        }
+        Ok(done)
     }
-    Ok(done)
 }
 
 #[cfg(test)]
@@ -89,11 +118,10 @@ mod tests {
     use brood_eval::decode_png;
     use brood_genome::{Genome, preset::Preset};
     use brood_mesh::BuiltinMesh;
-    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+    use brood_protocol::{Backend, MeshSource, PictureFormat};
     use brood_scene::{Exposure, PixelArea, Sampling, Scene};
 
     use super::*;
-    use crate::renderer::Renderer;
 
     fn program(preset: &str) -> Program {
         Program::lower(Preset::find(preset).expect("the preset exists").genome())

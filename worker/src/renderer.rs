@@ -20,7 +20,6 @@ use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
 use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner, SampledPicture};
 use crate::evaluator::Evaluators;
-use crate::painted_picture::painted_images;
 use crate::render_counters::micros;
 use crate::scene_view::{LoadedAssets, LoadedMesh, Raster, SceneView};
 use crate::shot::{BATCH_FLOATS, Method, Shot};
@@ -179,14 +178,19 @@ impl Renderer {
         if frame.format == PictureFormat::Spheres {
             return self.lit_spheres(frame, mesh, programs);
         }
-        let backdrop = self.backdrop(frame, mesh)?;
-        self.images(frame, mesh, programs, |program, picture| {
-            EncodedPicture::of(frame.format, program, picture, &backdrop)
+        self.beside_others(frame, mesh, programs, |program, picture, backdrop| {
+            EncodedPicture::of(frame.format, program, picture, backdrop)
         })
     }
 
     /// Returns the backdrop of the requested part of a picture, and the other objects of its scene.
-    fn backdrop(&self, frame: &Frame, mesh: &LoadedMesh) -> Result<LitBackdrop, RenderError> {
+    /// If some of these are clear, `subject` is the material of the subject, which they show.
+    fn backdrop(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        subject: Option<&Program>,
+    ) -> Result<LitBackdrop, RenderError> {
         let (scene, assets) = (frame.scene()?, self.loaded_assets());
         scene.validate()?;
         let whole = PixelArea::whole(frame.size_px);
@@ -196,7 +200,8 @@ impl Renderer {
         }
         let others = self.objects(frame, &scene)?;
         let view = SceneView::among(&scene, mesh, &others, &assets);
-        let surroundings = self.surroundings(&Shot { view, frame, film: scene.film, area })?;
+        let shot = Shot { view, frame, film: scene.film, area, subject };
+        let surroundings = self.surroundings(&shot)?;
         let backdrop = SceneView::new(&scene, mesh, &assets).backdrop(frame.size_px, area);
         Ok(backdrop.with_surroundings(surroundings))
     }
@@ -212,8 +217,35 @@ impl Renderer {
         mesh: &LoadedMesh,
         programs: &[&Program],
     ) -> Result<Vec<Developed>, RenderError> {
-        let backdrop = self.backdrop(frame, mesh)?;
-        self.images(frame, mesh, programs, |_, picture| Ok(backdrop.behind(picture.develop()?)))
+        let behind = |_: &Program, picture: &dyn EvaluatedPicture, backdrop: &LitBackdrop| {
+            Ok(backdrop.behind(picture.develop()?))
+        };
+        self.beside_others(frame, mesh, programs, behind)
+    }
+
+    /// As [`Renderer::images`], with the surroundings of each picture: those of all, or its own if
+    /// clear objects show the subject.
+    fn beside_others<T: Send>(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &dyn EvaluatedPicture, &LitBackdrop) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let images = |programs: &[&Program], subject: Option<&Program>| {
+            let backdrop = self.backdrop(frame, mesh, subject)?;
+            self.images(frame, mesh, programs, |program, picture| {
+                finish(program, picture, &backdrop)
+            })
+        };
+        if !self.has_clear_objects(frame)? {
+            return images(programs, None);
+        }
+        let mut done = Vec::with_capacity(programs.len());
+        for program in programs {
+            done.extend(images(&[*program], Some(*program))?);
+        }
+        Ok(done)
     }
 
     /// Returns the reflectance of each program on each sample of a set that belongs to no picture.
@@ -252,7 +284,7 @@ impl Renderer {
         let assets = self.loaded_assets();
         let others = self.objects(frame, &scene)?;
         let view = SceneView::among(&scene, mesh, &others, &assets);
-        let mut shot = Shot { view, frame, film: scene.film, area };
+        let mut shot = Shot { view, frame, film: scene.film, area, subject: None };
         shot.film = self.ground_exposure(&shot)?;
         self.shaded(&shot, programs, finish)
     }
@@ -282,7 +314,7 @@ impl Renderer {
                 Method::Direct(lobes) => {
                     banded_images(shot, lobes, &own, tools, &mut self.buffer(), &finish)?
                 }
-                Method::Points => painted_images(shot, &own, tools, &finish)?,
+                Method::Points => self.painted_images(shot, &own, &finish)?,
             };
             for (place, image) in places.into_iter().zip(images) {
                 done[place] = Some(image);
@@ -298,7 +330,7 @@ impl Renderer {
         programs: &[&Program],
         finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
-        let Shot { view, frame, film, area } = shot;
+        let Shot { view, frame, film, area, .. } = shot;
         let (size_px, sampling) = (frame.size_px, frame.sampling);
         // Adaptive sampling needs the neighbours of each pixel, to decide if it is rough.
         let traced_area =
@@ -336,7 +368,7 @@ impl Renderer {
         programs: &[&Program],
         finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
-        let Shot { view, frame, film, area } = shot;
+        let Shot { view, frame, film, area, .. } = shot;
         let size_px = frame.size_px;
         let lit_area = shot.lit_area();
         let raster = Raster { size_px, sampling: Sampling::Adaptive, area: lit_area };

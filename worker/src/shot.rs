@@ -18,6 +18,8 @@ pub(crate) struct Shot<'a> {
     pub(crate) film: Film,
     /// Requested part of the picture.
     pub(crate) area: PixelArea,
+    /// Material of the subject, if the shot shows another part that may see it.
+    pub(crate) subject: Option<&'a Program>,
 }
 
 impl Shot<'_> {

@@ -82,7 +82,7 @@ impl Renderer {
         let ev = match self.caches.metered(key) {
             Some(ev) => ev,
             None => {
-                let shot = Shot { view, frame: &metered, film: *film, area };
+                let shot = Shot { view, frame: &metered, film: *film, area, subject: None };
                 let image =
                     self.shaded(&shot, &[&*program], |_: &Program, picture| picture.radiance())?;
                 let image = image.first().expect("one picture of one program");
@@ -94,12 +94,22 @@ impl Renderer {
         Ok(ev.map_or(*film, |ev| Film { exposure: Exposure::Ev(ev), ..*film }))
     }
 
+    /// True if the material of an object beside the subject is clear.
+    pub(crate) fn has_clear_objects(&self, frame: &Frame) -> Result<bool, RenderError> {
+        for object in &frame.objects {
+            if self.program(&object.words)?.glass().is_some() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// Returns the pictures of the objects beside the subject; `None` if there are none.
     pub(crate) fn surroundings(
         &self,
         shot: &Shot<'_>,
     ) -> Result<Option<Arc<Surroundings>>, RenderError> {
-        let Shot { view, frame, film, area } = shot;
+        let Shot { view, frame, area, subject, .. } = shot;
         if view.parts() == 1 {
             return Ok(None);
         }
@@ -108,7 +118,8 @@ impl Renderer {
         let mut linear = (*frame).clone().with_area(None);
         linear.format = PictureFormat::Exr;
         let make = || {
-            let ev = match self.ground_exposure(shot)?.exposure {
+            let film = self.ground_exposure(shot)?;
+            let ev = match film.exposure {
                 Exposure::Ev(ev) => Some(ev),
                 Exposure::Auto => None,
             };
@@ -116,7 +127,7 @@ impl Renderer {
             for (part, object) in (1..).zip(&frame.objects) {
                 let program = self.program(&object.words)?;
                 let view = view.with_part(part);
-                let own = Shot { view, frame: &linear, film: *film, area: whole };
+                let own = Shot { view, frame: &linear, film, area: whole, subject: *subject };
                 let mut image =
                     self.shaded(&own, &[&*program], |_: &Program, picture| picture.radiance())?;
                 let image = image.pop().expect("one picture of one program");
@@ -131,7 +142,10 @@ impl Renderer {
             hasher.update(&words.collect::<Vec<u8>>()).update(b"material");
         }
         hasher.update(&[u8::from(frame.backend == Backend::Reference)]);
-        hasher.update(format!("{:?}", film.exposure).as_bytes());
+        hasher.update(format!("{:?}", shot.film.exposure).as_bytes());
+        if let Some(subject) = subject {
+            hasher.update(subject.hash().as_bytes());
+        }
         let made = self.caches.surroundings((view, raster), &hasher.finalize(), make)?;
         Ok(Some(if *area == whole { made } else { Arc::new(made.crop(*area)) }))
     }

@@ -124,6 +124,19 @@ pub(crate) fn name(input: Input) -> String {
         Input::DepthStep => "depth_step",
         Input::P2 => "p2_first",
         Input::SmoothP4 => "p4_first",
+        Input::MirroredRed => "mirrored_red",
+        Input::MirroredGreen => "mirrored_green",
+        Input::MirroredBlue => "mirrored_blue",
+        Input::Mirrored => "mirrored",
+        Input::Way0Red => "way_0_red",
+        Input::Way0Green => "way_0_green",
+        Input::Way0Blue => "way_0_blue",
+        Input::Way0Length => "way_0_length",
+        Input::Way0Share => "way_0_share",
+        Input::Way1Red => "way_1_red",
+        Input::Way1Green => "way_1_green",
+        Input::Way1Blue => "way_1_blue",
+        Input::Way1Length => "way_1_length",
         _ => unreachable!("{OF_LIGHTS}"),
     };
     name.to_owned()
@@ -247,6 +260,8 @@ pub(crate) fn bound(input: Input, uv: f32) -> f32 {
         return 1.6;
     }
     match input {
+        Input::Way0Length | Input::Way1Length => RANGE,
+        _ if Input::of_glass().any(|glass| glass == input) => 1.6,
         Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => 1.6,
         Input::Depth => RANGE,
         Input::P2 => 3.2,

@@ -30,6 +30,7 @@ pub(crate) fn material(style: &Program, effects: &[Effect]) -> Result<String, Pr
         EffectKind::Light | EffectKind::Silhouette => None,
         EffectKind::Highlight => Some("no highlight"),
         EffectKind::Distance => Some("no colours by distance"),
+        EffectKind::Glass => Some("no clear bodies"),
     }) {
         return Err(PrintError::Mtoon(reason));
     }

@@ -10,7 +10,7 @@ use std::fmt;
 
 use brood_brdf::{Parameter, ParameterValues};
 
-pub(crate) use kind::COLOR;
+pub(crate) use kind::{COLOR, index_beside};
 pub use kind::{Basis, EffectKind};
 pub(crate) use palette::hex;
 pub use palette::{PALETTE_MAX, PALETTE_MIN, Palette, PaletteError};
@@ -123,6 +123,12 @@ impl Effect {
     pub fn color(&self, name: &str) -> [f64; 3] {
         let values = self.values.get(name).and_then(|values| values.try_into().ok());
         values.expect("the colour is in the table of the kind")
+    }
+
+    /// Index of refraction of a glass effect; `None` for the others.
+    #[must_use]
+    pub fn index_of_refraction(&self) -> Option<f64> {
+        (self.kind == EffectKind::Glass).then(|| kind::index(self.word("index")))
     }
 
     /// Word of a choice.

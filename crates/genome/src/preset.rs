@@ -123,6 +123,10 @@ presets! {
         "Brown shade, orange and yellow, with a bright band, as on illuminated pages."
     "paint-comic-metal" "Comic metal"
         "Bands of bright and dark steel with a glint."
+    "paint-glass" "Painted glass"
+        "A clear body that mirrors and bends what is around it, blue-green where it is thick."
+    "paint-jelly" "Jelly"
+        "Deep red where it is thick, clear where it is thin, with a dark outline."
 }
 
 /// Returns the material of objects that have none: neutral grey that scatters half of the light

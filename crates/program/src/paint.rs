@@ -4,6 +4,7 @@
 //! form, so they are not negative and sum to 1; every overlay is a convex step. Ramps are at least
 //! as wide as the change of their argument over a pixel, so edges have no stairs.
 
+mod glass;
 mod ramp;
 
 use brood_brdf::Lighting;
@@ -46,6 +47,7 @@ impl Program {
                         painter.overlay_by(effect, color, Amount { value, gradient })
                     }
                     EffectKind::Highlight => painter.highlight(effect, color),
+                    EffectKind::Glass => painter.glass(effect, color),
                 };
             }
             let color = color.map(|channel| painter.saturate(channel));
@@ -143,12 +145,7 @@ impl Painter<'_> {
                 gradient: self.mul(strength, gradient),
             };
         }
-        // x^q = 2^(q/2 log2(x^2)).
-        let logarithm = self.builder.function(Function::Lg2, ramp.value);
-        let half = self.number(0.5 * exponent);
-        let power = self.mul(half, logarithm);
-        let power = self.builder.function(Function::Ex2, power);
-        let power = self.saturate(power);
+        let power = self.power(ramp.value, exponent);
         let slope = self.number(exponent);
         let gradient = self.mul(slope, ramp.gradient);
         Amount { value: self.mul(strength, power), gradient: self.mul(strength, gradient) }

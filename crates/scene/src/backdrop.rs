@@ -4,11 +4,12 @@ use std::f64::consts::PI;
 
 use brood_light::{LightAssets, LightSampler, PrefilteredEnvironment};
 use brood_mesh::{Mesh, UnitFrame};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::description::Scene;
 use crate::sample_set::{PictureSize, PixelArea, View};
+use crate::stage::Stage;
 
 /// Number of means that a pixel averages.
 const TAPS: usize = 16;
@@ -37,21 +38,49 @@ pub fn backdrop_radiance(
     area: PixelArea,
 ) -> Vec<[f32; 3]> {
     let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
-    let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
+    let view = View::new(&scene.camera, &frame, size_px);
+    let rows = area.y..area.y + area.height;
+    let pixels = rows.flat_map(|y| (area.x..area.x + area.width).map(move |x| (x, y)));
+    let towards = |pixel| view.pixel_ray(size_px, pixel, DVec2::splat(0.5)).direction;
+    let towards: Vec<DVec3> = pixels.map(towards).collect();
+    mean_radiance(blur_deg, (scene, assets, &frame), &towards)
+}
+
+/// Returns the radiance of the environments of a scene, blurred, in unit directions of the unit
+/// frame of the stage's part.
+///
+/// # Units
+/// As [`backdrop_radiance`].
+///
+/// # Domain
+/// As [`backdrop_radiance`].
+#[must_use]
+pub fn radiance_towards(
+    blur_deg: f64,
+    (scene, stage, assets): (&Scene, &Stage<'_>, &LightAssets),
+    towards: &[DVec3],
+) -> Vec<[f32; 3]> {
+    mean_radiance(blur_deg, (scene, assets, &stage.frame(scene)), towards)
+}
+
+fn mean_radiance(
+    blur_deg: f64,
+    (scene, assets, frame): (&Scene, &LightAssets, &UnitFrame),
+    towards: &[DVec3],
+) -> Vec<[f32; 3]> {
+    let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, frame);
     let environments: Vec<PrefilteredEnvironment> =
         lights.iter().filter_map(LightSampler::prefiltered).collect();
-    let view = View::new(&scene.camera, &frame, size_px);
     let spacing = blur_deg.to_radians();
     // Means of one level show its texels.
     let taps = taps(spacing);
-    let pixel = |x: u32, y: u32| {
-        let towards = view.pixel_ray(size_px, (x, y), DVec2::splat(0.5)).direction;
+    let mean = |towards: &DVec3| {
         let (across, up) = towards.any_orthonormal_pair();
         let mut sum = [0.0f32; 3];
         for light in &environments {
             let (mut us, mut vs) = ([0.0; TAPS], [0.0; TAPS]);
             for (tap, (u, v)) in taps.iter().zip(us.iter_mut().zip(&mut vs)) {
-                let towards = towards + across * tap.x + up * tap.y;
+                let towards = *towards + across * tap.x + up * tap.y;
                 let in_map = light.in_map(towards.normalize()).as_vec3().to_array();
                 [*u, *v] = PrefilteredEnvironment::square(in_map);
             }
@@ -66,10 +95,7 @@ pub fn backdrop_radiance(
         let mean = sum.map(|channel| channel / TAPS as f32);
         mean.map(|channel| if channel > 0.0 { channel.min(RADIANCE_MAX) } else { 0.0 })
     };
-    let rows = (area.y..area.y + area.height).into_par_iter();
-    rows.flat_map_iter(|y| (area.x..area.x + area.width).map(move |x| (x, y)))
-        .map(|(x, y)| pixel(x, y))
-        .collect()
+    towards.par_iter().with_min_len(256).map(mean).collect()
 }
 
 /// Returns the offsets of the means that a pixel averages: a spiral over a disc as wide as the

@@ -146,7 +146,8 @@ impl Scene {
     }
 
     /// True if a light is an environment.
-    pub(crate) fn has_environment(&self) -> bool {
+    #[must_use]
+    pub fn has_environment(&self) -> bool {
         self.lights.iter().any(|light| matches!(light, Light::Environment(_)))
     }
 

@@ -23,7 +23,7 @@ mod prefiltered;
 mod sample_set;
 mod stage;
 
-pub use backdrop::backdrop_radiance;
+pub use backdrop::{backdrop_radiance, radiance_towards};
 pub use clip_from::{ClipFrom, ClipFromError};
 pub use description::{
     Backdrop, Camera, EV_MAX, Exposure, Film, Ground, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera,
@@ -35,7 +35,8 @@ pub use prefiltered::{
     PrefilteredLight, SphereLayout,
 };
 pub use sample_set::{
-    ImageLayout, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun,
-    PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Toggles,
+    ImageLayout, LeavingRay, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun,
+    PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Seen,
+    Toggles, WayOut,
 };
 pub use stage::Stage;

@@ -5,6 +5,7 @@
 
 #[cfg(test)]
 mod adaptive_tests;
+mod clear;
 mod cluster;
 mod fixed;
 mod frame;
@@ -19,6 +20,7 @@ mod paint_tests;
 mod pick;
 mod point;
 mod quadrature;
+mod rays;
 mod render;
 mod sampling;
 mod select;
@@ -31,8 +33,10 @@ mod tests;
 mod values;
 mod view;
 
+pub use clear::{LeavingRay, WayOut};
 pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
 pub use lit_angles::{LitAngles, Toggles};
+pub use rays::Seen;
 pub use sampling::{PixelArea, PixelAreaError, Raster, Sampling, SamplingError};
 pub use set::SampleSet;
 pub use size::{PictureSize, PictureSizeError};

@@ -127,6 +127,16 @@ impl<'a> Stage<'a> {
         }
     }
 
+    /// Returns the change from the unit frame of another part to that of this one; `None` if it is
+    /// the same part.
+    ///
+    /// # Panics
+    /// If there is no such part.
+    pub(crate) fn change_from(&self, part: usize) -> Option<FrameChange> {
+        let parts = self.parts.as_ref().filter(|_| part != self.part);
+        parts.map(|parts| parts[part].frame.to(&parts[self.part].frame))
+    }
+
     /// Returns the other parts as obstacles of rays in the unit frame of this one.
     pub(crate) fn others(&self) -> Vec<Other<'a>> {
         let Some(parts) = &self.parts else { return Vec::new() };

@@ -231,6 +231,32 @@ crate::named_enum! {
         Light7CosStep => "c/px.7",
         /// Length of the gradient of r . l over a pixel, at most 1.
         Light7MirrorStep => "m/px.7",
+        /// Red of what the mirrored eye ray sees, in display values.
+        MirroredRed => "mirrored.r",
+        /// Green of what the mirrored eye ray sees.
+        MirroredGreen => "mirrored.g",
+        /// Blue of what the mirrored eye ray sees.
+        MirroredBlue => "mirrored.b",
+        /// 1 if the mirrored eye ray sees something, else 0.
+        Mirrored => "mirrored",
+        /// Red of what the eye sees through the first way out of a clear body, in display values.
+        Way0Red => "way.r.0",
+        /// Green through the first way out.
+        Way0Green => "way.g.0",
+        /// Blue through the first way out.
+        Way0Blue => "way.b.0",
+        /// Length of the first way inside the body, in its radii; 65504 if nothing is seen.
+        Way0Length => "way.d.0",
+        /// Share of the first way in the light of both.
+        Way0Share => "way.q.0",
+        /// Red of what the eye sees through the second way out.
+        Way1Red => "way.r.1",
+        /// Green through the second way out.
+        Way1Green => "way.g.1",
+        /// Blue through the second way out.
+        Way1Blue => "way.b.1",
+        /// Length of the second way inside the body, in its radii; 65504 if nothing is seen.
+        Way1Length => "way.d.1",
     }
 }
 
@@ -262,9 +288,11 @@ crate::named_enum! {
 
 /// Index of the first input of the first light.
 const FIRST_OF_LIGHTS: usize = Input::Light0Cos as usize;
+/// Index behind the last input of the last light.
+const END_OF_LIGHTS: usize = Input::Light7MirrorStep as usize + 1;
 const _: () = assert!(
-    FIRST_OF_LIGHTS + Input::LIGHTS * LightInput::ALL.len() == Input::ALL.len(),
-    "the inputs of lights are the last ones"
+    FIRST_OF_LIGHTS + Input::LIGHTS * LightInput::ALL.len() == END_OF_LIGHTS,
+    "the inputs of lights are contiguous"
 );
 
 impl Input {
@@ -289,10 +317,19 @@ impl Input {
         Self::ALL[FIRST_OF_LIGHTS + light * LightInput::ALL.len() + quantity as usize]
     }
 
+    /// Inputs of clear bodies: the colours that mirrored and refracted rays see. A set has them only
+    /// where they were added.
+    pub fn of_glass() -> impl Iterator<Item = Self> {
+        Self::ALL.into_iter().skip(Self::MirroredRed as usize)
+    }
+
     /// Returns the light and the quantity of an input of lights; `None` for the others.
     #[must_use]
     pub fn light(self) -> Option<(usize, LightInput)> {
         let place = self.index().checked_sub(FIRST_OF_LIGHTS)?;
+        if self.index() >= END_OF_LIGHTS {
+            return None;
+        }
         let count = LightInput::ALL.len();
         Some((place / count, LightInput::ALL[place % count]))
     }

@@ -3,7 +3,7 @@
 use brood_scene::{Film, PictureSize, PixelArea};
 
 use super::exposure::Gain;
-use super::{srgb, tone};
+use super::srgb;
 
 /// A developed picture: sRGB with straight alpha, row by row from the top.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,9 +25,7 @@ impl Developed {
     /// # Panics
     /// If there is no such pixel.
     pub fn put(&mut self, pixel: usize, radiance: [f32; 3], gain: Gain) {
-        let codes = radiance
-            .map(|channel| srgb::curve().encode(tone::apply(gain.tone, channel * gain.factor)));
-        self.rgba[4 * pixel..4 * pixel + 3].copy_from_slice(&codes);
+        self.rgba[4 * pixel..4 * pixel + 3].copy_from_slice(&gain.codes(radiance));
     }
 
     /// Returns an opaque picture of a radiance in each pixel.

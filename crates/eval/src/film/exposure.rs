@@ -3,6 +3,8 @@
 use brood_program::Program;
 use brood_scene::{Exposure, Film, SampleSet, Tone};
 
+use super::srgb::curve;
+use super::tone;
 use crate::radiance::{RadianceImage, ReflectedLight};
 use crate::rounding::round_to_f32;
 use crate::{CanonicalEvaluator, Evaluator};
@@ -64,6 +66,12 @@ impl Gain {
     #[must_use]
     pub fn with_tone(self, tone: Tone) -> Self {
         Self { tone, ..self }
+    }
+
+    /// Returns the codes (sRGB) of a radiance.
+    #[must_use]
+    pub fn codes(self, radiance: [f32; 3]) -> [u8; 3] {
+        radiance.map(|channel| curve().encode(tone::apply(self.tone, channel * self.factor)))
     }
 
     /// Returns the gain of a film; `centres` is called only for automatic exposure.

@@ -25,6 +25,8 @@ named_enum! {
         Highlight => "highlight",
         /// A colour by the distance from the eye.
         Distance => "distance",
+        /// What the eye sees mirrored in the surface and through the body.
+        Glass => "glass",
     }
 }
 
@@ -103,6 +105,67 @@ const DISTANCE: &[Parameter] = &[
     STRENGTH,
 ];
 
+/// Indices of refraction, relative to the space around the body. The first is the default.
+const INDICES: &[(&str, f64)] = &[
+    ("1.5", 1.5),
+    ("0.5", 0.5),
+    ("0.67", 0.67),
+    ("0.75", 0.75),
+    ("0.9", 0.9),
+    ("1", 1.0),
+    ("1.05", 1.05),
+    ("1.15", 1.15),
+    ("1.33", 1.33),
+    ("1.8", 1.8),
+    ("2", 2.0),
+];
+
+/// Index of refraction of a word of the choice `index`.
+pub(super) fn index(word: &str) -> f64 {
+    let found = INDICES.iter().find(|(name, _)| *name == word);
+    found.expect("the word is one of the choice").1
+}
+
+/// Returns the word of the next higher or lower index of refraction; at the ends the other one.
+pub(crate) fn index_beside(word: u8, is_up: bool) -> u8 {
+    let of = |word: usize| INDICES[word].1;
+    let mut ascending: Vec<usize> = (0..INDICES.len()).collect();
+    ascending.sort_by(|one, other| of(*one).total_cmp(&of(*other)));
+    let at = ascending.iter().position(|own| *own == usize::from(word));
+    let (at, last) = (at.expect("the word is one of the choice"), INDICES.len() - 1);
+    let beside = if is_up && at < last || at == 0 { at + 1 } else { at - 1 };
+    u8::try_from(ascending[beside]).expect("there are few words")
+}
+
+/// Words of the choice `index`.
+const INDEX_WORDS: &[&str] = &{
+    let mut words = [""; INDICES.len()];
+    let mut at = 0;
+    while at < words.len() {
+        words[at] = INDICES[at].0;
+        at += 1;
+    }
+    words
+};
+
+const GLASS: &[Parameter] = &[
+    Parameter::display_color(COLOR, "colour of depth, D", [0x1f, 0x4e, 0x5f]),
+    Parameter::scalar("from", "share of the mirror seen straight on, f0", 0.1, (0.0, 1.0)),
+    Parameter::scalar("to", "share of the mirror at the limb, f1", 1.0, (0.0, 1.0)),
+    Parameter::scalar("exponent", "power of 1 - n.e of the mirror, q", 3.0, (1.0, 8.0))
+        .logarithmic(),
+    Parameter::choice("index", "index of refraction", INDEX_WORDS),
+    Parameter::scalar("depth", "way inside the body that halves the light behind, h", 2.0, DEPTHS)
+        .logarithmic()
+        .in_unit("radii"),
+    Parameter::scalar("mirror", "brightness of what the mirror shows", 1.0, (0.0, 1.0)),
+    Parameter::scalar("see", "brightness of what is seen through the body", 1.0, (0.0, 1.0)),
+    STRENGTH,
+];
+
+/// Range of the parameter `depth`.
+const DEPTHS: (f64, f64) = (1.0 / 16.0, 64.0);
+
 impl EffectKind {
     /// Short description.
     #[must_use]
@@ -112,6 +175,7 @@ impl EffectKind {
             Self::Silhouette => "a colour where the surface turns away from the eye",
             Self::Highlight => "a colour where the eye sees the mirrored light",
             Self::Distance => "a colour by the distance from the eye",
+            Self::Glass => "what the eye sees mirrored in the surface and through the body",
         }
     }
 
@@ -123,6 +187,7 @@ impl EffectKind {
             Self::Silhouette => SILHOUETTE,
             Self::Highlight => HIGHLIGHT,
             Self::Distance => DISTANCE,
+            Self::Glass => GLASS,
         }
     }
 

@@ -9,6 +9,7 @@ use brood_light::{LightSampler, Receiver};
 use brood_mesh::trace::{Hit, Ray, Stack};
 use glam::{DVec2, DVec3};
 
+use super::clear::SeenPoint;
 use super::frame::ShadedPoint;
 use super::paint_point::PaintPoint;
 use super::point::{CameraRay, PixelFeatures, SampleBuffer, Surface, SurfacePoint};
@@ -82,7 +83,8 @@ impl Surface<'_> {
         };
         let depth = |at: (DVec3, Ray, DVec3)| self.depth(at);
         let own: [&dyn Fn((DVec3, Ray, DVec3)) -> f64; 2] = [&cosine_to_eye, &depth];
-        let mut paint = PaintPoint { wi: DVec3::Z, ..PaintPoint::default() };
+        let seen = SeenPoint { position, n, face: shaded.face(), eye: -ray.direction, seed };
+        let mut paint = PaintPoint { wi: DVec3::Z, seen, ..PaintPoint::default() };
         for (place, value) in own.into_iter().enumerate() {
             paint.own[place] = round_to_f32(value(here));
             paint.own[2 + place] = step(value);
@@ -217,6 +219,8 @@ struct Group {
     features: PixelFeatures,
     first_uv: DVec2,
     weight: f64,
+    /// That of the first point.
+    seen: SeenPoint,
     wi: DVec3,
     wo: DVec3,
     uv: DVec2,
@@ -247,6 +251,7 @@ pub(super) fn push_groups<'a>(
             own: group.own.map(mean),
             lights: group.lights.map(|values| values.map(mean)),
             wi: group.wi.try_normalize().unwrap_or(DVec3::Z),
+            seen: group.seen,
         };
         let wo = group.wo.try_normalize().unwrap_or(DVec3::Z);
         out.push(paint.wi, wo, group.uv / group.weight, [group.weight; 3]);
@@ -267,6 +272,7 @@ fn join(groups: &mut Vec<Group>, point: &SurfacePoint, paint: &PaintPoint, weigh
             features: point.features,
             first_uv: point.uv,
             weight: 0.0,
+            seen: paint.seen,
             wi: DVec3::ZERO,
             wo: DVec3::ZERO,
             uv: DVec2::ZERO,

@@ -3,6 +3,8 @@
 use brood_brdf::{Input, LightInput, Lighting};
 use glam::DVec3;
 
+use super::clear::SeenPoint;
+
 /// Quantities of one light, in the order of [`LightInput::ALL`].
 type LightValues = [f32; LightInput::ALL.len()];
 
@@ -14,6 +16,8 @@ pub(super) struct PaintPoint {
     pub lights: [LightValues; Input::LIGHTS],
     /// Direction to the first light, in the local frame.
     pub wi: DVec3,
+    /// Where the point is.
+    pub seen: SeenPoint,
 }
 
 /// Inputs of [`PaintPoint::own`].

@@ -39,8 +39,17 @@ pub(super) struct PixelSampler<'a> {
     pub keeps_points: bool,
     /// Environments that are not among the lights of the surface.
     pub environments: Option<DirectLight>,
-    /// Lights of painted materials, and the distance of samples in pixels; `None` for BRDFs.
-    pub painted: Option<(PaintedLights, f64)>,
+    /// Present for painted materials.
+    pub painted: Option<Painted>,
+}
+
+/// How painted materials are sampled.
+pub(super) struct Painted {
+    pub lights: PaintedLights,
+    /// Distance of samples in pixels.
+    pub spacing: f64,
+    /// True to keep the surface point of each sample.
+    pub keeps_seen: bool,
 }
 
 /// Buffers reused between pixels, to avoid allocation.
@@ -126,12 +135,34 @@ impl PixelSampler<'_> {
         stack: &mut Stack,
         point: &mut SurfacePoint,
     ) -> bool {
+        self.shade_beside(hit, (ray, None), stack, point)
+    }
+
+    /// Traces and shades any ray; `next` are those beside it.
+    pub fn trace_beside(
+        &self,
+        (ray, next): (CameraRay, NextRays),
+        stack: &mut Stack,
+        point: &mut SurfacePoint,
+    ) -> bool {
+        let hit = self.tracer.trace(ray.ray, stack);
+        self.shade_beside(hit.as_ref(), (ray, Some(next)), stack, point)
+    }
+
+    /// As [`PixelSampler::shade`]; the rays beside a camera ray are found from the picture.
+    fn shade_beside(
+        &self,
+        hit: Option<&Hit>,
+        (ray, next): (CameraRay, Option<NextRays>),
+        stack: &mut Stack,
+        point: &mut SurfacePoint,
+    ) -> bool {
         let hit = hit.filter(|hit| !self.is_hidden(hit, ray.ray, stack));
         match hit {
             Some(hit) => match &self.painted {
                 None => self.surface.shade(hit, ray, stack, point),
-                Some((lights, spacing)) => {
-                    let next = self.next_rays(ray.ray, hit, *spacing);
+                Some(Painted { lights, spacing, .. }) => {
+                    let next = next.unwrap_or_else(|| self.next_rays(ray.ray, hit, *spacing));
                     self.surface.paint(hit, (ray, next), (lights, stack), point);
                 }
             },

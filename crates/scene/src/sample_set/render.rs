@@ -13,7 +13,7 @@ use super::layout::{ImageLayout, PixelRun, SampleCounts};
 use super::paint::{PaintedLights, push_groups};
 use super::paint_point::{PaintPoint, columns};
 use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
-use super::quadrature::{PixelSampler, Scratch};
+use super::quadrature::{Painted, PixelSampler, Scratch};
 use super::sampling::{PixelArea, Raster, Sampling};
 use super::set::SampleSet;
 use super::size::PictureSize;
@@ -159,9 +159,33 @@ impl SampleSet {
         assets: &LightAssets,
         raster: Raster,
     ) -> Self {
-        let mut sampler = pixel_sampler(&stage.into(), scene, assets, raster.size_px);
+        Self::painted_points((&stage.into(), scene, assets), raster, false)
+    }
+
+    /// As [`SampleSet::render_points`], and keeps where each sample is on the surface, for
+    /// [`SampleSet::mirrored_rays`] and [`SampleSet::ways_out`].
+    ///
+    /// # Panics
+    /// As [`SampleSet::render_points`].
+    #[must_use]
+    pub fn render_clear_points<'a>(
+        stage: impl Into<Stage<'a>>,
+        scene: &Scene,
+        assets: &LightAssets,
+        raster: Raster,
+    ) -> Self {
+        Self::painted_points((&stage.into(), scene, assets), raster, true)
+    }
+
+    fn painted_points(
+        (stage, scene, assets): (&Stage<'_>, &Scene, &LightAssets),
+        raster: Raster,
+        keeps_seen: bool,
+    ) -> Self {
+        let mut sampler = pixel_sampler(stage, scene, assets, raster.size_px);
         let spacing = 1.0 / f64::from(raster.sampling.min_rays()).sqrt();
-        sampler.painted = Some((PaintedLights::new(&sampler.surface.lights), spacing));
+        let lights = PaintedLights::new(&sampler.surface.lights);
+        sampler.painted = Some(Painted { lights, spacing, keeps_seen });
         Self::render_with(&sampler, raster).0
     }
 
@@ -202,11 +226,15 @@ impl SampleSet {
         };
         let points = rows.iter_mut().flat_map(|row| std::mem::take(&mut row.points)).collect();
         let (set, painted) = concatenate(rows, image);
-        let set = match sampler.painted {
-            Some(_) => {
+        let set = match &sampler.painted {
+            Some(how) => {
                 let lights = sampler.surface.lights.len();
                 let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
-                set.with_lights(lighting, columns(&painted, lighting))
+                let mut set = set.with_lights(lighting, columns(&painted, lighting));
+                if how.keeps_seen {
+                    set.seen = painted.iter().map(|point| point.seen).collect();
+                }
+                set
             }
             None => set,
         };
@@ -262,7 +290,7 @@ impl SampleSet {
     }
 }
 
-fn pixel_sampler<'a>(
+pub(super) fn pixel_sampler<'a>(
     stage: &Stage<'a>,
     scene: &Scene,
     assets: &LightAssets,
@@ -461,7 +489,7 @@ fn adaptive_row(
 }
 
 /// Concatenates the rows into one set, and the points of painted materials.
-fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> (SampleSet, Vec<PaintPoint>) {
+pub(super) fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> (SampleSet, Vec<PaintPoint>) {
     let count = rows.iter().map(|row| row.buffer.pairs.len()).sum();
     let mut all = SampleBuffer::with_capacity(count);
     let mut coverage = Vec::with_capacity((image.width * image.height) as usize);

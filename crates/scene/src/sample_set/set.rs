@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use brood_brdf::{DirectionPair, Input, LightInput, Lighting};
 use glam::DVec2;
 
+use super::clear::SeenPoint;
 use super::layout::{ImageLayout, SampleCounts};
 use super::values::{Values, round_to_f32};
 
@@ -29,6 +30,8 @@ pub struct SampleSet {
     pub(super) counts: SampleCounts,
     pub(super) inputs: [OnceLock<Values>; Input::ALL.len()],
     pub(super) lighting: Option<Lighting>,
+    /// Surface point of each sample, if they are kept.
+    pub(super) seen: Vec<SeenPoint>,
 }
 
 impl SampleSet {
@@ -118,6 +121,7 @@ impl SampleSet {
             counts,
             inputs: [const { OnceLock::new() }; Input::ALL.len()],
             lighting: None,
+            seen: Vec::new(),
         }
     }
 
@@ -232,7 +236,9 @@ impl SampleSet {
         match self.lighting {
             None => Input::SYMMETRIC,
             Some(Lighting { lights, .. }) => {
-                Input::ALL.len() - (Input::LIGHTS - lights) * LightInput::ALL.len()
+                Input::ALL.len()
+                    - (Input::LIGHTS - lights) * LightInput::ALL.len()
+                    - Input::of_glass().count()
             }
         }
     }
@@ -244,6 +250,7 @@ impl SampleSet {
             + size_of::<DVec2>()
             + (self.irradiance.len() + self.columns()) * size_of::<f32>();
         let layout = self.image.as_ref().map_or(0, ImageLayout::bytes);
-        size_of::<Self>() + self.len() * per_sample + layout
+        let seen = size_of_val(self.seen.as_slice());
+        size_of::<Self>() + self.len() * per_sample + layout + seen
     }
 }

@@ -102,6 +102,15 @@ impl View {
         (depth > 1e-6).then(|| at / depth)
     }
 
+    /// Returns the angle of a pixel in radians, and its width at a position.
+    pub fn pixel_width(&self, size_px: PictureSize, position: DVec3) -> (f64, f64) {
+        let at_one = 2.0 * self.right.length() / f64::from(size_px.height);
+        match self.parallel {
+            true => (0.0, at_one),
+            false => (at_one, at_one * (position - self.origin).length()),
+        }
+    }
+
     /// Returns the ray through a point of a pixel, within [0, 1]^2 from its upper left corner.
     pub fn pixel_ray(&self, size_px: PictureSize, (x, y): (u32, u32), offset: DVec2) -> Ray {
         let at = (DVec2::new(f64::from(x), f64::from(y)) + offset)

@@ -37,6 +37,7 @@ pub(in super::super) fn mutate(
     }
     switch(effects, amounts.0, locked, &mut stream);
     reorder(effects, amounts.0, locked, &mut stream);
+    remove_glass(effects, amounts.0, locked, &mut stream);
     if force && *effects == old {
         let shift = Shift::draw(amounts.0, true, &mut stream);
         let light = &mut effects[0];
@@ -84,9 +85,10 @@ fn recolor(
     *effect = made.expect("mutation keeps to the rules of effects");
 }
 
-/// Adds and removes overlays.
+/// Adds and removes overlays. Glass is never added: most scenes show nothing through it.
 fn switch(effects: &mut Vec<Effect>, amount: f64, locked: &LockedEffects, stream: &mut Stream) {
-    for kind in EffectKind::ALL.into_iter().filter(|kind| *kind != EffectKind::Light) {
+    let is_switched = |kind: &EffectKind| !matches!(kind, EffectKind::Light | EffectKind::Glass);
+    for kind in EffectKind::ALL.into_iter().filter(is_switched) {
         let present = effects.iter().position(|effect| effect.kind() == kind);
         let is_rare = kind == EffectKind::Distance && present.is_none();
         let rate = if is_rare { DISTANCE_RATE } else { SWITCH_RATE };
@@ -103,6 +105,20 @@ fn switch(effects: &mut Vec<Effect>, amount: f64, locked: &LockedEffects, stream
                 effects.insert(at, overlay);
             }
         }
+    }
+}
+
+/// Removes a glass effect as often as other overlays.
+fn remove_glass(
+    effects: &mut Vec<Effect>,
+    amount: f64,
+    locked: &LockedEffects,
+    stream: &mut Stream,
+) {
+    let glass = effects.iter().position(|effect| effect.kind() == EffectKind::Glass);
+    let Some(at) = glass.filter(|_| !locked.locks_any_of(EffectKind::Glass)) else { return };
+    if f64::from(stream.unit()) < SWITCH_RATE * amount {
+        effects.remove(at);
     }
 }
 

@@ -52,6 +52,11 @@ fn color(kind: EffectKind, palette: &Palette) -> [u8; 3] {
         EffectKind::Highlight => {
             Oklab { lightness: HIGHLIGHT.0, ..brightest.turned(0.0, HIGHLIGHT.1) }
         }
+        // The colour of a deep body: the palette's in half shade.
+        EffectKind::Glass => {
+            let lightness = 0.5 * (darkest.lightness + brightest.lightness);
+            Oklab { lightness, ..darkest }
+        }
         EffectKind::Distance => {
             let lightness = DISTANCE.0 * brightest.lightness;
             Oklab { lightness, ..brightest.turned(0.0, DISTANCE.1) }

@@ -14,13 +14,16 @@ enum Part {
 }
 
 impl Part {
-    const ALL: [Self; 5] = [
+    const ALL: [Self; 6] = [
         Self::Palette,
         Self::Effect(EffectKind::Light),
         Self::Effect(EffectKind::Silhouette),
         Self::Effect(EffectKind::Highlight),
         Self::Effect(EffectKind::Distance),
+        Self::Effect(EffectKind::Glass),
     ];
+    /// Number of parts whose draws come before that of the exchanged part.
+    const DRAWN_FIRST: usize = 5;
 
     /// True if the parents differ in the part, and it may come from the second.
     fn can_change(self, first: &[Effect], second: &[Effect], locked: &LockedEffects) -> bool {
@@ -35,9 +38,10 @@ impl Part {
                 let is_locked = match kind {
                     // The palette is another part.
                     EffectKind::Light => locked.locks_values_of(kind),
-                    EffectKind::Silhouette | EffectKind::Highlight | EffectKind::Distance => {
-                        locked.locks_any_of(kind)
-                    }
+                    EffectKind::Silhouette
+                    | EffectKind::Highlight
+                    | EffectKind::Distance
+                    | EffectKind::Glass => locked.locks_any_of(kind),
                 };
                 !is_locked && values(first) != values(second)
             }
@@ -55,11 +59,17 @@ pub(in super::super) fn recombine(
     locked: &LockedEffects,
 ) -> Vec<Effect> {
     let mut stream = Stream::new(key, Operator::RecombineEffects);
-    let mut taken = Part::ALL.map(|_| stream.chance(share));
+    let mut taken = [false; Part::ALL.len()];
+    for taken in &mut taken[..Part::DRAWN_FIRST] {
+        *taken = stream.chance(share);
+    }
     let different: Vec<usize> = (0..Part::ALL.len())
         .filter(|at| Part::ALL[*at].can_change(first, second, locked))
         .collect();
     let exchanged = stream.below(different.len().max(1) as u32) as usize;
+    for taken in &mut taken[Part::DRAWN_FIRST..] {
+        *taken = stream.chance(share);
+    }
     let is_mixed = different.windows(2).any(|pair| taken[pair[0]] != taken[pair[1]]);
     if !is_mixed && different.len() > 1 && share > 0.0 && share < 1.0 {
         let part = different[exchanged];

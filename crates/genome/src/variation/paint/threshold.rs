@@ -9,6 +9,8 @@ const COSINES: (f64, f64) = (-1.0, 1.0);
 const OUTLINE: (f64, f64) = (0.0, 1.0);
 /// Widths of outlines and sizes of highlights, on a logarithmic scale.
 const SIZES: (f64, f64) = (0.002, 1.0);
+/// Shares of the mirror.
+const SHARES: (f64, f64) = (0.0, 1.0);
 /// Depths around an object, whose own are 0 to 1.
 const DEPTHS: (f64, f64) = (-0.5, 2.0);
 
@@ -19,6 +21,7 @@ pub(super) fn centre(kind: EffectKind) -> (f64, f64) {
         EffectKind::Silhouette => (0.72, 0.78),
         EffectKind::Highlight => (0.95, 0.97),
         EffectKind::Distance => (0.1, 1.0),
+        EffectKind::Glass => (0.1, 0.9),
     }
 }
 
@@ -38,6 +41,7 @@ pub(super) fn moved(kind: EffectKind, (from, to): (f64, f64), steps: [f64; 2]) -
             let end = 1.0 - size(1.0 - to, steps[0]);
             ((end - size(to - from, steps[1])).max(COSINES.0), end)
         }
+        EffectKind::Glass => sorted(linear(from, SHARES, steps[0]), linear(to, SHARES, steps[1])),
         EffectKind::Distance => {
             sorted(linear(from, DEPTHS, steps[0]), linear(to, DEPTHS, steps[1]))
         }

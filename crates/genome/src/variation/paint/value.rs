@@ -4,6 +4,7 @@ use brood_brdf::{Parameter, ParameterKind, ParameterValues};
 
 use super::threshold::{self, reflected};
 use crate::EffectKind;
+use crate::effect;
 use crate::locks::LockedEffects;
 use crate::random::Stream;
 
@@ -15,6 +16,8 @@ const NUMBER_STEP: f64 = 0.5;
 /// Probability that the basis changes at amount 1, and that another choice does.
 const BASIS_RATE: f64 = 0.5;
 const CHOICE_RATE: f64 = 0.1;
+/// Probability that the index of refraction takes a step at amount 1.
+const INDEX_RATE: f64 = 0.8;
 /// Share of random light effects that follow the eye.
 const FACING: f32 = 0.1;
 
@@ -59,8 +62,8 @@ fn scaled(parameter: &Parameter, value: f64, step: f64) -> f64 {
 /// True if children without a change of this number would look alike: it acts only beside another
 /// parameter or a program.
 fn is_idle(values: &ParameterValues, name: &str, has_program: bool) -> bool {
-    let is_facing = values.get("by").is_some_and(|by| by[0] > 0.0);
-    name == "brush" && !has_program || name == "exponent" && !is_facing
+    let is_by_light = values.get("by").is_some_and(|by| by[0] <= 0.0);
+    name == "brush" && !has_program || name == "exponent" && is_by_light
 }
 
 /// Mutates the numbers and choices that are not locked.
@@ -83,11 +86,19 @@ pub(super) fn mutate(
                 step => scaled(parameter, value, step),
             },
             ParameterKind::Choice { words } => {
-                let rate = if name == "basis" { BASIS_RATE } else { CHOICE_RATE };
+                let rate = match name {
+                    "basis" => BASIS_RATE,
+                    "index" => INDEX_RATE,
+                    _ => CHOICE_RATE,
+                };
                 let is_drawn = f64::from(stream.unit()) < rate * amount;
-                // Any word but the present one.
-                let other = f64::from(stream.below(words.len() as u32 - 1));
-                let other = if other >= value { other + 1.0 } else { other };
+                let draw = stream.below(words.len() as u32 - 1);
+                let other = match name {
+                    "index" => f64::from(effect::index_beside(value as u8, draw % 2 == 0)),
+                    // Any word but the present one.
+                    _ if f64::from(draw) >= value => f64::from(draw) + 1.0,
+                    _ => f64::from(draw),
+                };
                 if is_drawn { other } else { value }
             }
             ParameterKind::Color { .. } | ParameterKind::DisplayColor { .. } => continue,

@@ -1,0 +1,112 @@
+//! Samples of given rays instead of those of a camera, for what clear bodies show.
+
+use brood_brdf::Lighting;
+use brood_light::LightAssets;
+use brood_mesh::trace::Ray;
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::clear::LeavingRay;
+use super::fixed::Row;
+use super::layout::ImageLayout;
+use super::paint::{NextRays, PaintedLights};
+use super::paint_point::columns;
+use super::point::{CameraRay, SurfacePoint};
+use super::quadrature::{Painted, Scratch};
+use super::render::{concatenate, pixel_sampler};
+use super::sampling::{PixelArea, Sampling};
+use super::set::SampleSet;
+use super::size::PictureSize;
+use crate::description::Scene;
+use crate::stage::Stage;
+
+/// Number of rays that a thread traces at a time.
+const TOGETHER: usize = 256;
+
+/// What is sampled at the ends of rays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Seen {
+    /// Light, for BRDFs.
+    Light,
+    /// Points, for painted materials.
+    Points,
+}
+
+impl SampleSet {
+    /// Samples what rays see of the part of a stage, as a picture of one row with a pixel for each
+    /// ray. The rays are in the unit frame of the part `from`. Pixels of rays that miss the part,
+    /// or that another part hides, are not covered. Gradients are those over the angle of a pixel
+    /// of a picture with that size.
+    ///
+    /// # Domain
+    /// As [`SampleSet::render`], and for points as [`SampleSet::render_points`].
+    ///
+    /// # Panics
+    /// If the stage has no part `from`, there are 2^32 rays, or too many lights for points.
+    #[must_use]
+    pub fn of_rays(
+        (stage, from): (&Stage<'_>, usize),
+        (scene, assets): (&Scene, &LightAssets),
+        (size_px, rays): (PictureSize, &[LeavingRay]),
+        seen: Seen,
+    ) -> Self {
+        let mut sampler = pixel_sampler(stage, scene, assets, size_px);
+        if seen == Seen::Points {
+            let lights = PaintedLights::new(&sampler.surface.lights);
+            sampler.painted = Some(Painted { lights, spacing: 1.0, keeps_seen: false });
+        }
+        let change = stage.change_from(from);
+        let width = u32::try_from(rays.len()).expect("there are fewer than 2^32 rays");
+        let firsts = (0..width).into_par_iter().step_by(TOGETHER);
+        let rows = rays.par_chunks(TOGETHER).zip(firsts);
+        let rows = rows.map_init(Scratch::default, |scratch, (rays, first)| {
+            let (mut out, mut point) = (Row::default(), SurfacePoint::default());
+            for (index, leaving) in (first..).zip(rays) {
+                let ray = change.as_ref().map_or(leaving.ray, |change| change.ray(leaving.ray));
+                let camera_ray = CameraRay { ray, seed: leaving.seed };
+                let next = beside(ray, sampler.view.pixel_width(size_px, ray.origin));
+                let start = out.buffer.count();
+                let stack = &mut scratch.stack;
+                let is_hit = sampler.trace_beside((camera_ray, next), stack, &mut point);
+                if is_hit {
+                    out.counts.covered += 1;
+                    out.counts.add_unlit((point.skipped, point.shadowed));
+                    out.buffer.push_point(&point);
+                }
+                out.counts.rays += 1;
+                let samples = out.buffer.count() - start;
+                out.finish_pixel(index, (samples, samples, 0), f32::from(u8::from(is_hit)));
+            }
+            out
+        });
+        let image = ImageLayout {
+            width,
+            height: 1,
+            size_px,
+            area: PixelArea { x: 0, y: 0, width, height: 1 },
+            sampling: Sampling::Fixed(1),
+            scale: 1.0,
+            runs: Vec::new(),
+            coverage: Vec::new().into(),
+        };
+        let (set, painted) = concatenate(rows.collect(), image);
+        match seen {
+            Seen::Light => set,
+            Seen::Points => {
+                let lights = sampler.surface.lights.len();
+                let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
+                set.with_lights(lighting, columns(&painted, lighting))
+            }
+        }
+    }
+}
+
+/// Returns two rays beside a ray, as far away as the next pixels would be without curvature.
+fn beside(ray: Ray, (angle, width): (f64, f64)) -> NextRays {
+    let (right, down) = ray.direction.any_orthonormal_pair();
+    let moved = |by: DVec3| Ray {
+        origin: ray.origin + by * width,
+        direction: (ray.direction + by * angle).normalize(),
+    };
+    NextRays([moved(right), moved(down)])
+}

@@ -1,0 +1,84 @@
+//! Inputs of clear bodies: the colours that mirrored and refracted rays of each sample see.
+
+use brood_brdf::Input;
+use brood_eval::Gain;
+use brood_program::Program;
+use brood_scene::{Raster, SampleSet, WayOut};
+
+use crate::error::RenderError;
+use crate::renderer::Renderer;
+use crate::shot::Shot;
+use crate::sight::{Followed, SeenColor, Sight};
+
+/// Length of a way that sees nothing: nothing passes.
+const ENDLESS: f32 = 65504.0;
+
+impl Renderer {
+    /// Returns the points with what a clear material sees on them. `lowered` is the style as
+    /// lowered for the lights of the points. What it does not read is not traced.
+    pub(crate) fn with_glass(
+        &self,
+        shot: &Shot<'_>,
+        (points, raster): (&SampleSet, Raster),
+        (style, lowered): (&Program, &Program),
+    ) -> Result<SampleSet, RenderError> {
+        let reads_ways = lowered.reads_ways();
+        let glass = style.glass().filter(|_| reads_ways);
+        let index = glass.and_then(brood_genome::Effect::index_of_refraction);
+        // A body that nothing enters shows its mirror instead.
+        let mirrored = lowered.reads_mirrored() || index.is_some_and(|index| index < 1.0);
+        let sight = self.sight(shot, (points, raster), Followed { mirrored, index })?;
+        let unused = Gain::fixed(0.0);
+        let own = self.seen_of(&sight.own, style, (shot.frame.backend, unused))?;
+        Ok(points.with_columns(columns(points.len(), &sight, &own)))
+    }
+}
+
+/// Returns the columns of the inputs of clear bodies. `own` are the colours of the body itself.
+fn columns(samples: usize, sight: &Sight, own: &[SeenColor]) -> Vec<(Input, Vec<f32>)> {
+    let color = |ray: usize| own[ray].or(sight.colors[ray]);
+    let mut columns = Vec::new();
+    let mirrored = |sample: usize| sight.mirrored.and_then(|first| color(first + sample));
+    if sight.mirrored.is_some() {
+        let inputs = [Input::MirroredRed, Input::MirroredGreen, Input::MirroredBlue];
+        let colors = (0..samples).map(mirrored);
+        columns.extend(channels(inputs, colors.clone()));
+        columns.push((Input::Mirrored, colors.map(|c| f32::from(u8::from(c.is_some()))).collect()));
+    }
+    if sight.ways.is_empty() {
+        return columns;
+    }
+    let inputs = [
+        [Input::Way0Red, Input::Way0Green, Input::Way0Blue],
+        [Input::Way1Red, Input::Way1Green, Input::Way1Blue],
+    ];
+    for (at, (inputs, length)) in
+        inputs.into_iter().zip([Input::Way0Length, Input::Way1Length]).enumerate()
+    {
+        let way = |sample: usize| -> (SeenColor, f32) {
+            match (sight.ways[sample][at], sight.numbers[sample][at]) {
+                (Some(way), Some(ray)) => (color(ray), way.length as f32),
+                _ if at == 0 => (mirrored(sample), 0.0),
+                _ => (None, ENDLESS),
+            }
+        };
+        let ways: Vec<(SeenColor, f32)> = (0..samples).map(way).collect();
+        columns.extend(channels(inputs, ways.iter().map(|(color, _)| *color)));
+        let lengths = ways.iter().map(|(color, length)| color.map_or(ENDLESS, |_| *length));
+        columns.push((length, lengths.collect()));
+    }
+    let share = |ways: &[Option<WayOut>; 2]| ways[0].map_or(1.0, |way| way.share as f32);
+    columns.push((Input::Way0Share, sight.ways.iter().map(share).collect()));
+    columns
+}
+
+/// Returns the columns of the channels of colours; where nothing is seen they are 0.
+fn channels(
+    inputs: [Input; 3],
+    colors: impl Iterator<Item = SeenColor> + Clone,
+) -> [(Input, Vec<f32>); 3] {
+    [0, 1, 2].map(|channel| {
+        let value = |color: SeenColor| color.map_or(0.0, |color| color[channel]);
+        (inputs[channel], colors.clone().map(value).collect())
+    })
+}

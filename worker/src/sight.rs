@@ -1,0 +1,205 @@
+//! What rays see that a clear body mirrors or lets through: other objects, the body itself and what
+//! is behind all.
+
+use std::sync::Arc;
+
+use brood_eval::{Gain, shade};
+use brood_program::Program;
+use brood_protocol::Backend;
+use brood_scene::{
+    Backdrop, Exposure, LeavingRay, PictureSize, SampleSet, Seen, WayOut, radiance_towards,
+};
+
+use crate::error::RenderError;
+use crate::renderer::Renderer;
+use crate::scene_view::{Raster, SceneView};
+use crate::shot::Shot;
+
+/// Color that a ray sees, in display values; `None` if it sees nothing.
+pub(crate) type SeenColor = Option<[f32; 3]>;
+
+/// Which rays of a body are followed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Followed {
+    /// Mirrored eye rays.
+    pub(crate) mirrored: bool,
+    /// Ways through a body of this index of refraction.
+    pub(crate) index: Option<f64>,
+}
+
+/// Rays of the samples of a body with the colours that they see, without the body itself.
+pub(crate) struct Sight {
+    /// Ways of each sample; empty if none are followed.
+    pub(crate) ways: Vec<[Option<WayOut>; 2]>,
+    /// Number of the first mirrored ray among all rays: that of sample k is k later. `None` if they
+    /// are not followed.
+    pub(crate) mirrored: Option<usize>,
+    /// Number of the ray of each way; rays are in this order.
+    pub(crate) numbers: Vec<[Option<usize>; 2]>,
+    /// Colours of all rays.
+    pub(crate) colors: Vec<SeenColor>,
+    /// Points of the body itself that rays see: a picture of one row, with a pixel for each ray.
+    pub(crate) own: SampleSet,
+}
+
+impl Sight {
+    fn bytes(&self) -> usize {
+        size_of_val(self.ways.as_slice())
+            + size_of_val(self.numbers.as_slice())
+            + size_of_val(self.colors.as_slice())
+            + self.own.bytes()
+    }
+}
+
+impl Renderer {
+    /// Returns what the rays of a body see in a shot, from the cache if possible. `points` are the
+    /// clear points of the raster.
+    pub(crate) fn sight(
+        &self,
+        shot: &Shot<'_>,
+        (points, raster): (&SampleSet, Raster),
+        followed: Followed,
+    ) -> Result<Arc<Sight>, RenderError> {
+        let Shot { view, frame, .. } = shot;
+        let exposure = self.exposure_of_others(shot)?;
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(view.points_key(raster).as_bytes()).update(b"sight");
+        hasher.update(&[u8::from(followed.mirrored), u8::from(followed.index.is_some())]);
+        hasher.update(&followed.index.unwrap_or_default().to_le_bytes());
+        hasher.update(&exposure.ev.to_le_bytes()).update(format!("{:?}", exposure.tone).as_bytes());
+        let backdrop = serde_json::to_vec(&view.scene().backdrop);
+        hasher.update(&backdrop.expect("a backdrop is finite numbers and words"));
+        for object in &frame.objects {
+            let words = object.words.iter().flat_map(|word| word.to_le_bytes());
+            hasher.update(&words.collect::<Vec<u8>>()).update(b"material");
+        }
+        if let Some(subject) = shot.subject {
+            hasher.update(subject.hash().as_bytes());
+        }
+        hasher.update(&[u8::from(frame.backend == Backend::Reference)]);
+        let key = *hasher.finalize().as_bytes();
+        self.caches.entry(key, || {
+            let sight = self.followed(shot, points, (followed, exposure))?;
+            let bytes = sight.bytes();
+            Ok((sight, bytes))
+        })
+    }
+
+    fn followed(
+        &self,
+        shot: &Shot<'_>,
+        points: &SampleSet,
+        (followed, exposure): (Followed, Gain),
+    ) -> Result<Sight, RenderError> {
+        let Shot { view, frame, .. } = shot;
+        let mut rays = Vec::new();
+        let mirrored = followed.mirrored.then(|| {
+            rays = points.mirrored_rays();
+            0
+        });
+        let ways = followed.index.map(|index| points.ways_out(view.stage.mesh(), index));
+        let ways = ways.unwrap_or_default();
+        let numbers = ways.iter().map(|pair| {
+            pair.map(|way| {
+                way.map(|way| {
+                    rays.push(way.leaving);
+                    rays.len() - 1
+                })
+            })
+        });
+        let numbers = numbers.collect();
+        let colors = self.seen_of_others(shot, &rays, exposure)?;
+        let own = of_rays((view, view.stage.part()), frame.size_px, &rays, Seen::Points);
+        Ok(Sight { ways, mirrored, numbers, colors, own })
+    }
+
+    /// Returns the colours that rays see of the other objects and of what is behind all. The rays
+    /// are in the unit frame of the part of the shot.
+    fn seen_of_others(
+        &self,
+        shot: &Shot<'_>,
+        rays: &[LeavingRay],
+        exposure: Gain,
+    ) -> Result<Vec<SeenColor>, RenderError> {
+        let Shot { view, frame, .. } = shot;
+        let mut colors = behind(view, rays, exposure);
+        let part = view.stage.part();
+        for other in (0..view.parts()).filter(|other| *other != part) {
+            let program = match other.checked_sub(1) {
+                Some(object) => Some(self.program(&frame.objects[object].words)?),
+                None => shot.subject.map(|subject| Arc::new(subject.clone())),
+            };
+            // Without its material, the subject is not seen.
+            let Some(program) = program else { continue };
+            let kind = if program.is_painted() { Seen::Points } else { Seen::Light };
+            let set = of_rays((&view.with_part(other), part), frame.size_px, rays, kind);
+            let seen = self.seen_of(&set, &program, (frame.backend, exposure))?;
+            for (color, seen) in colors.iter_mut().zip(seen) {
+                *color = seen.or(*color);
+            }
+        }
+        Ok(colors)
+    }
+
+    /// Returns the colours of a material where rays see it. A clear one is seen without its glass.
+    pub(crate) fn seen_of(
+        &self,
+        set: &SampleSet,
+        program: &Program,
+        (backend, exposure): (Backend, Gain),
+    ) -> Result<Vec<SeenColor>, RenderError> {
+        if set.is_empty() {
+            let rays = set.image().map_or(0, |image| image.coverage.len());
+            return Ok(vec![None; rays]);
+        }
+        let lowered = match set.lighting() {
+            Some(lighting) => program.without_glass().painted(lighting),
+            None => program.clone(),
+        };
+        let mut f = Vec::new();
+        self.evaluators.eval(backend, &[&lowered], set, &mut f)?;
+        let image = shade(set, &f);
+        let pixels = image.premultiplied().iter().zip(image.coverage());
+        let color = |radiance: [f32; 3]| match lowered.is_color() {
+            true => radiance,
+            false => exposure.codes(radiance).map(|code| f32::from(code) / 255.0),
+        };
+        Ok(pixels.map(|(radiance, coverage)| (*coverage > 0.0).then(|| color(*radiance))).collect())
+    }
+
+    /// Returns the gain in which objects beside a painted one are seen.
+    fn exposure_of_others(&self, shot: &Shot<'_>) -> Result<Gain, RenderError> {
+        let film = self.ground_exposure(shot)?;
+        let ev = match film.exposure {
+            Exposure::Ev(ev) => ev,
+            Exposure::Auto => 0.0,
+        };
+        Ok(Gain::fixed(ev).with_tone(film.tone))
+    }
+}
+
+fn of_rays(
+    (view, from): (&SceneView<'_>, usize),
+    size_px: PictureSize,
+    rays: &[LeavingRay],
+    seen: Seen,
+) -> SampleSet {
+    let (scene, assets) = (view.scene(), view.assets);
+    SampleSet::of_rays((&view.stage, from), (scene, assets), (size_px, rays), seen)
+}
+
+/// Returns the colours behind all objects: those of the backdrop, or of the environments without
+/// one.
+fn behind(view: &SceneView<'_>, rays: &[LeavingRay], exposure: Gain) -> Vec<SeenColor> {
+    let scene = view.scene();
+    let blur_deg = match scene.backdrop {
+        Some(Backdrop::Color { color }) => return vec![Some(color.map(|c| c as f32)); rays.len()],
+        Some(Backdrop::Environment { blur_deg }) => blur_deg,
+        None if scene.has_environment() => 0.0,
+        None => return vec![None; rays.len()],
+    };
+    let towards: Vec<_> = rays.iter().map(|leaving| leaving.ray.direction).collect();
+    let radiance = radiance_towards(blur_deg, (scene, &view.stage, view.assets), &towards);
+    let color = |radiance| Some(exposure.codes(radiance).map(|code| f32::from(code) / 255.0));
+    radiance.into_iter().map(color).collect()
+}
