@@ -64,14 +64,13 @@ impl Renderer {
             let images = self.images_on((&set, frame), &own, &finish)?;
             plain.into_iter().zip(images).for_each(|(at, image)| done[at] = Some(image));
         }
-        if !clear.is_empty() {
-            let points = self.caches.clear_points(view, raster);
-            for at in clear {
-                let style = programs[at];
-                let own = lowered(&points, style);
-                let set = self.with_glass(shot, (&points, raster), (style, &own))?;
-                done[at] = self.images_on((&set, frame), &[own], &finish)?.pop();
-            }
+        for at in clear {
+            let style = programs[at];
+            let shot = Shot { view: shot.view_for(style), ..*shot };
+            let points = self.caches.clear_points(&shot.view, raster);
+            let own = lowered(&points, style);
+            let set = self.with_glass(&shot, (&points, raster), (style, &own))?;
+            done[at] = self.images_on((&set, frame), &[own], &finish)?.pop();
         }
         Ok(done.into_iter().flatten().collect())
     }

@@ -183,29 +183,6 @@ impl Renderer {
         })
     }
 
-    /// Returns the backdrop of the requested part of a picture, and the other objects of its scene.
-    /// If some of these are clear, `subject` is the material of the subject, which they show.
-    fn backdrop(
-        &self,
-        frame: &Frame,
-        mesh: &LoadedMesh,
-        subject: Option<&Program>,
-    ) -> Result<LitBackdrop, RenderError> {
-        let (scene, assets) = (frame.scene()?, self.loaded_assets());
-        scene.validate()?;
-        let whole = PixelArea::whole(frame.size_px);
-        let area = frame.area.unwrap_or(whole);
-        if !area.is_within(frame.size_px) {
-            return Err(RenderError::Area { area, size_px: frame.size_px });
-        }
-        let others = self.objects(frame, &scene)?;
-        let view = SceneView::among(&scene, mesh, &others, &assets);
-        let shot = Shot { view, frame, film: scene.film, area, subject };
-        let surroundings = self.surroundings(&shot)?;
-        let backdrop = SceneView::new(&scene, mesh, &assets).backdrop(frame.size_px, area);
-        Ok(backdrop.with_surroundings(surroundings))
-    }
-
     /// Renders and develops the pictures of all programs, in their order. Ignores the frame's
     /// format.
     ///
@@ -221,31 +198,6 @@ impl Renderer {
             Ok(backdrop.behind(picture.develop()?))
         };
         self.beside_others(frame, mesh, programs, behind)
-    }
-
-    /// As [`Renderer::images`], with the surroundings of each picture: those of all, or its own if
-    /// clear objects show the subject.
-    fn beside_others<T: Send>(
-        &self,
-        frame: &Frame,
-        mesh: &LoadedMesh,
-        programs: &[&Program],
-        finish: impl Fn(&Program, &dyn EvaluatedPicture, &LitBackdrop) -> Result<T, RenderError> + Sync,
-    ) -> Result<Vec<T>, RenderError> {
-        let images = |programs: &[&Program], subject: Option<&Program>| {
-            let backdrop = self.backdrop(frame, mesh, subject)?;
-            self.images(frame, mesh, programs, |program, picture| {
-                finish(program, picture, &backdrop)
-            })
-        };
-        if !self.has_clear_objects(frame)? {
-            return images(programs, None);
-        }
-        let mut done = Vec::with_capacity(programs.len());
-        for program in programs {
-            done.extend(images(&[*program], Some(*program))?);
-        }
-        Ok(done)
     }
 
     /// Returns the reflectance of each program on each sample of a set that belongs to no picture.
@@ -284,6 +236,7 @@ impl Renderer {
         let assets = self.loaded_assets();
         let others = self.objects(frame, &scene)?;
         let view = SceneView::among(&scene, mesh, &others, &assets);
+        let view = view.with_clear(&self.clear_shares(frame)?);
         let mut shot = Shot { view, frame, film: scene.film, area, subject: None };
         shot.film = self.ground_exposure(&shot)?;
         self.shaded(&shot, programs, finish)

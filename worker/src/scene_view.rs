@@ -5,6 +5,7 @@ use std::sync::Arc;
 use brood_eval::LitBackdrop;
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
+use brood_program::Program;
 pub(crate) use brood_scene::Raster;
 use brood_scene::{
     Film, LobeShape, MeshRef, PictureSize, PixelArea, PrefilteredLight, SampleSet, Sampling, Scene,
@@ -64,7 +65,14 @@ impl LoadedAssets {
     }
 }
 
+/// Returns the share of light that a material lets pass into shadows, in steps of one eighth, so
+/// that similar materials share samples.
+pub(crate) fn clearness(program: &Program) -> f64 {
+    program.glass().map_or(0.0, |glass| (8.0 * glass.scalar("strength")).round() / 8.0)
+}
+
 /// Scene, mesh and light assets with their common cache key.
+#[derive(Clone)]
 pub(crate) struct SceneView<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) stage: Stage<'a>,
@@ -132,6 +140,28 @@ impl<'a> SceneView<'a> {
         hasher.update(self.key.as_bytes()).update(b"part").update(&part.to_le_bytes());
         let (scene, assets) = (self.scene, self.assets);
         Self { scene, stage: self.stage.with_part(part), assets, key: hasher.finalize() }
+    }
+
+    /// Returns the view with clear parts: the share of light that passes through each.
+    pub(crate) fn with_clear(&self, shares: &[f64]) -> Self {
+        let stage = self.stage.with_clear(shares);
+        if stage.clear() == self.stage.clear() {
+            return self.clone();
+        }
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.key.as_bytes()).update(b"clear");
+        for share in shares {
+            hasher.update(&share.to_le_bytes());
+        }
+        Self { stage, key: hasher.finalize(), ..self.clone() }
+    }
+
+    /// Returns the view whose subject is as clear as a material; the other parts stay.
+    pub(crate) fn with_subject(&self, program: &Program) -> Self {
+        let mut shares = self.stage.clear().to_vec();
+        shares.resize(self.parts(), 0.0);
+        shares[0] = clearness(program);
+        self.with_clear(&shares)
     }
 
     pub(crate) fn scene(&self) -> &Scene {

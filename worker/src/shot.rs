@@ -22,7 +22,16 @@ pub(crate) struct Shot<'a> {
     pub(crate) subject: Option<&'a Program>,
 }
 
-impl Shot<'_> {
+impl<'a> Shot<'a> {
+    /// Returns the view in which light passes through the subject if its material is clear.
+    pub(crate) fn view_for(&self, program: &Program) -> SceneView<'a> {
+        let subject = if self.view.stage.part() == 0 { Some(program) } else { self.subject };
+        match subject {
+            Some(subject) => self.view.with_subject(subject),
+            None => self.view.clone(),
+        }
+    }
+
     /// Part of the picture that is evaluated if all pixels are developed from one image. Automatic
     /// exposure measures the whole picture, from which the part is cut; so does the refinement of
     /// linear pictures.

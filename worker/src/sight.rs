@@ -3,11 +3,12 @@
 
 use std::sync::Arc;
 
-use brood_eval::{Gain, shade};
+use brood_eval::{Gain, is_anisotropic, shade};
 use brood_program::Program;
 use brood_protocol::Backend;
 use brood_scene::{
-    Backdrop, Exposure, LeavingRay, PictureSize, SampleSet, Seen, WayOut, radiance_towards,
+    Backdrop, Exposure, LeavingRay, LobeShape, PictureSize, SampleSet, Seen, WayOut,
+    radiance_towards,
 };
 
 use crate::error::RenderError;
@@ -15,7 +16,10 @@ use crate::renderer::Renderer;
 use crate::scene_view::{Raster, SceneView};
 use crate::shot::Shot;
 
-/// Color that a ray sees, in display values; `None` if it sees nothing.
+/// Number of rays that are sampled together. Environments make up to 300 samples of each.
+const RAYS: usize = 4096;
+
+/// Colour that a ray sees, in display values; `None` if it sees nothing.
 pub(crate) type SeenColor = Option<[f32; 3]>;
 
 /// Which rays of a body are followed.
@@ -131,11 +135,19 @@ impl Renderer {
             };
             // Without its material, the subject is not seen.
             let Some(program) = program else { continue };
-            let kind = if program.is_painted() { Seen::Points } else { Seen::Light };
-            let set = of_rays((&view.with_part(other), part), frame.size_px, rays, kind);
-            let seen = self.seen_of(&set, &program, (frame.backend, exposure))?;
-            for (color, seen) in colors.iter_mut().zip(seen) {
-                *color = seen.or(*color);
+            let kind = match (program.is_painted(), view.scene().is_prefilterable()) {
+                (true, _) => Seen::Points,
+                (false, false) => Seen::Light(None),
+                (false, true) if is_anisotropic(&program) => Seen::Light(Some(LobeShape::Any)),
+                (false, true) => Seen::Light(Some(LobeShape::Round)),
+            };
+            let view = view.with_part(other);
+            for (rays, colors) in rays.chunks(RAYS).zip(colors.chunks_mut(RAYS)) {
+                let set = of_rays((&view, part), frame.size_px, rays, kind);
+                let seen = self.seen_of(&set, &program, (frame.backend, exposure))?;
+                for (color, seen) in colors.iter_mut().zip(seen) {
+                    *color = seen.or(*color);
+                }
             }
         }
         Ok(colors)

@@ -2,15 +2,16 @@
 
 use std::sync::{Arc, PoisonError};
 
-use brood_eval::{Gain, Surroundings};
+use brood_eval::{Gain, LitBackdrop, Surroundings};
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
-use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+use brood_protocol::{Backend, Frame, MeshSource, ObjectSource, PictureFormat};
 use brood_scene::{Exposure, Film, MeshRef, PictureSize, PixelArea, Sampling, Scene};
 
 use crate::error::RenderError;
+use crate::evaluated_picture::EvaluatedPicture;
 use crate::renderer::Renderer;
-use crate::scene_view::{LoadedMesh, Raster};
+use crate::scene_view::{LoadedMesh, Raster, SceneView, clearness};
 use crate::shot::Shot;
 
 /// Longer side of the pictures in which the exposure of a ground is measured, pixels.
@@ -19,6 +20,61 @@ const METERED_PX: u32 = 64;
 const STOPS_BELOW: f64 = 0.847_996_906_554_950_1;
 
 impl Renderer {
+    /// As [`Renderer::images`], with the surroundings of each picture: those of all, or its own if
+    /// clear objects show the subject.
+    pub(crate) fn beside_others<T: Send>(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &dyn EvaluatedPicture, &LitBackdrop) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let images = |programs: &[&Program], subject: Option<&Program>| {
+            let backdrop = self.backdrop(frame, mesh, subject)?;
+            self.images(frame, mesh, programs, |program, picture| {
+                finish(program, picture, &backdrop)
+            })
+        };
+        let shows_subject = self.has_clear_objects(frame)?;
+        let is_alone = |program: &Program| shows_subject || program.glass().is_some();
+        let (alone, shared): (Vec<usize>, Vec<usize>) =
+            (0..programs.len()).partition(|at| is_alone(programs[*at]));
+        let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
+        let own: Vec<&Program> = shared.iter().map(|at| programs[*at]).collect();
+        if !own.is_empty() {
+            let made = images(&own, None)?;
+            shared.into_iter().zip(made).for_each(|(at, image)| done[at] = Some(image));
+        }
+        for at in alone {
+            done[at] = images(&[programs[at]], Some(programs[at]))?.pop();
+        }
+        Ok(done.into_iter().flatten().collect())
+    }
+
+    /// Returns the backdrop of the requested part of a picture, and the other objects of its scene.
+    /// If some of these are clear, `subject` is the material of the subject, which they show.
+    fn backdrop(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        subject: Option<&Program>,
+    ) -> Result<LitBackdrop, RenderError> {
+        let (scene, assets) = (frame.scene()?, self.loaded_assets());
+        scene.validate()?;
+        let whole = PixelArea::whole(frame.size_px);
+        let area = frame.area.unwrap_or(whole);
+        if !area.is_within(frame.size_px) {
+            return Err(RenderError::Area { area, size_px: frame.size_px });
+        }
+        let others = self.objects(frame, &scene)?;
+        let view = SceneView::among(&scene, mesh, &others, &assets);
+        let view = view.with_clear(&self.clear_shares(frame)?);
+        let shot = Shot { view, frame, film: scene.film, area, subject };
+        let surroundings = self.surroundings(&shot)?;
+        let backdrop = SceneView::new(&scene, mesh, &assets).backdrop(frame.size_px, area);
+        Ok(backdrop.with_surroundings(surroundings))
+    }
+
     /// Replaces the uploaded meshes that frames may name for objects beside the subject.
     pub fn set_object_meshes(&self, meshes: Vec<Arc<LoadedMesh>>) {
         *self.object_meshes.lock().unwrap_or_else(PoisonError::into_inner) = meshes;
@@ -94,6 +150,13 @@ impl Renderer {
         Ok(ev.map_or(*film, |ev| Film { exposure: Exposure::Ev(ev), ..*film }))
     }
 
+    /// Returns the share of light that passes through each part of a scene, with an opaque
+    /// subject.
+    pub(crate) fn clear_shares(&self, frame: &Frame) -> Result<Vec<f64>, RenderError> {
+        let object = |object: &ObjectSource| Ok(clearness(&*self.program(&object.words)?));
+        std::iter::once(Ok(0.0)).chain(frame.objects.iter().map(object)).collect()
+    }
+
     /// True if the material of an object beside the subject is clear.
     pub(crate) fn has_clear_objects(&self, frame: &Frame) -> Result<bool, RenderError> {
         for object in &frame.objects {
@@ -117,6 +180,11 @@ impl Renderer {
         let whole = PixelArea::whole(frame.size_px);
         let mut linear = (*frame).clone().with_area(None);
         linear.format = PictureFormat::Exr;
+        // Automatic exposure is that beside an opaque subject, for all materials of a brood.
+        let lit = match subject {
+            Some(subject) => view.with_subject(subject),
+            None => view.clone(),
+        };
         let make = || {
             let film = self.ground_exposure(shot)?;
             let ev = match film.exposure {
@@ -126,7 +194,7 @@ impl Renderer {
             let mut around = Surroundings { ev, ..Surroundings::default() };
             for (part, object) in (1..).zip(&frame.objects) {
                 let program = self.program(&object.words)?;
-                let view = view.with_part(part);
+                let view = lit.with_part(part);
                 let own = Shot { view, frame: &linear, film, area: whole, subject: *subject };
                 let mut image =
                     self.shaded(&own, &[&*program], |_: &Program, picture| picture.radiance())?;
@@ -136,6 +204,7 @@ impl Renderer {
             Ok(around)
         };
         let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: whole };
+        let shows_subject = self.has_clear_objects(frame)?;
         let mut hasher = blake3::Hasher::new();
         for object in &frame.objects {
             let words = object.words.iter().flat_map(|word| word.to_le_bytes());
@@ -143,10 +212,10 @@ impl Renderer {
         }
         hasher.update(&[u8::from(frame.backend == Backend::Reference)]);
         hasher.update(format!("{:?}", shot.film.exposure).as_bytes());
-        if let Some(subject) = subject {
+        if let Some(subject) = subject.filter(|_| shows_subject) {
             hasher.update(subject.hash().as_bytes());
         }
-        let made = self.caches.surroundings((view, raster), &hasher.finalize(), make)?;
+        let made = self.caches.surroundings((&lit, raster), &hasher.finalize(), make)?;
         Ok(Some(if *area == whole { made } else { Arc::new(made.crop(*area)) }))
     }
 }

@@ -10,8 +10,8 @@ use std::fmt;
 
 use brood_brdf::{Parameter, ParameterValues};
 
-pub(crate) use kind::{COLOR, index_beside};
 pub use kind::{Basis, EffectKind};
+pub(crate) use kind::{COLOR, index_beside};
 pub(crate) use palette::hex;
 pub use palette::{PALETTE_MAX, PALETTE_MIN, Palette, PaletteError};
 

@@ -35,8 +35,8 @@ pub use prefiltered::{
     PrefilteredLight, SphereLayout,
 };
 pub use sample_set::{
-    ImageLayout, LeavingRay, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError, PixelRun,
-    PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Seen,
-    Toggles, WayOut,
+    ImageLayout, LeavingRay, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError,
+    PixelRun, PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Seen, Toggles,
+    WayOut,
 };
 pub use stage::Stage;

@@ -23,6 +23,8 @@ pub struct Stage<'a> {
     /// All parts; `None` if there is only the subject.
     parts: Option<Arc<[Part<'a>]>>,
     part: usize,
+    /// Share of light that passes through each part; `None` if all are opaque.
+    clear: Option<Arc<[f64]>>,
 }
 
 #[derive(Debug)]
@@ -33,7 +35,7 @@ struct Part<'a> {
 
 impl<'a> From<&'a Mesh> for Stage<'a> {
     fn from(mesh: &'a Mesh) -> Self {
-        Self { mesh, parts: None, part: 0 }
+        Self { mesh, parts: None, part: 0, clear: None }
     }
 }
 
@@ -74,7 +76,7 @@ impl<'a> Stage<'a> {
         let meshes = std::iter::once(subject).chain(others.iter().copied());
         let parts = meshes.zip(frames);
         let parts = parts.map(|(mesh, frame)| Part { mesh, frame: frame.among(reach) });
-        Self { mesh: subject, parts: Some(parts.collect()), part: 0 }
+        Self { mesh: subject, parts: Some(parts.collect()), part: 0, clear: None }
     }
 
     /// Number of parts.
@@ -91,7 +93,28 @@ impl<'a> Stage<'a> {
     pub fn with_part(&self, part: usize) -> Self {
         assert!(part < self.count(), "a stage of {} parts has no part {part}", self.count());
         let mesh = self.parts.as_ref().map_or(self.mesh, |parts| parts[part].mesh);
-        Self { mesh, parts: self.parts.clone(), part }
+        Self { mesh, parts: self.parts.clone(), part, clear: self.clear.clone() }
+    }
+
+    /// Returns the stage with clear parts, which take only a part of the light of what is behind
+    /// them. `shares` has the share of light that passes through each part.
+    ///
+    /// # Domain
+    /// Shares within [0, 1]; 0 is opaque.
+    ///
+    /// # Panics
+    /// If there is not one share for each part.
+    #[must_use]
+    pub fn with_clear(&self, shares: &[f64]) -> Self {
+        assert_eq!(shares.len(), self.count(), "one share for each part");
+        let is_clear = shares.iter().any(|share| *share > 0.0);
+        Self { clear: is_clear.then(|| shares.into()), ..self.clone() }
+    }
+
+    /// Returns the share of light that passes through each part; empty if all are opaque.
+    #[must_use]
+    pub fn clear(&self) -> &[f64] {
+        self.clear.as_deref().unwrap_or_default()
     }
 
     /// Returns the mesh of the part.
@@ -148,6 +171,15 @@ impl<'a> Stage<'a> {
         };
         others.map(other).collect()
     }
+
+    /// Returns what hides lights from points of the part.
+    pub(crate) fn obstacles(&self) -> Obstacles<'a> {
+        let clear = self.clear.as_ref().map(|shares| {
+            let others = (0..self.count()).filter(|part| *part != self.part);
+            (shares[self.part], others.map(|part| shares[part]).collect())
+        });
+        Obstacles { own: self.mesh.tracer(), others: self.others(), clear }
+    }
 }
 
 /// Returns the height of the lowest vertex of a mesh that is scaled and rotated about its centre.
@@ -174,14 +206,48 @@ impl Other<'_> {
 /// Casters of shadows: the part itself and all others.
 #[derive(Debug, Clone)]
 pub(crate) struct Obstacles<'a> {
-    pub own: &'a Tracer,
-    pub others: Vec<Other<'a>>,
+    own: &'a Tracer,
+    others: Vec<Other<'a>>,
+    /// Share of light that passes through the part and through each other; `None` if all are
+    /// opaque.
+    clear: Option<(f64, Vec<f64>)>,
 }
 
 impl Obstacles<'_> {
+    /// Returns the share of light that passes along a ray up to a distance `reach`, which may be
+    /// infinite. Every clear object that it crosses takes its share once.
+    #[inline]
+    pub fn passed(&self, ray: Ray, reach: f64, stack: &mut Stack) -> f64 {
+        match &self.clear {
+            None => f64::from(u8::from(!self.is_occluded(ray, reach, stack))),
+            Some(clear) => self.passed_clear((ray, reach), clear, stack),
+        }
+    }
+
+    fn passed_clear(
+        &self,
+        (ray, reach): (Ray, f64),
+        (own, others): &(f64, Vec<f64>),
+        stack: &mut Stack,
+    ) -> f64 {
+        let mut passed = 1.0;
+        if self.own.is_occluded(ray, reach, stack) {
+            passed = *own;
+        }
+        for (other, share) in self.others.iter().zip(others) {
+            if passed <= 0.0 {
+                break;
+            }
+            if other.is_hit(ray, reach, stack) {
+                passed *= share;
+            }
+        }
+        passed
+    }
+
     /// True if something crosses a ray at a positive distance below `reach`, which may be infinite.
     #[inline]
-    pub fn is_occluded(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
+    fn is_occluded(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
         self.own.is_occluded(ray, reach, stack)
             || self.others.iter().any(|other| other.is_hit(ray, reach, stack))
     }

@@ -140,12 +140,7 @@ fn mirrored_share(cosine: f64, ratio: f64) -> f64 {
     0.5 * (across * across + along * along)
 }
 
-fn ways_out(
-    mesh: &Mesh,
-    point: &SeenPoint,
-    index: f64,
-    stack: &mut Stack,
-) -> [Option<WayOut>; 2] {
+fn ways_out(mesh: &Mesh, point: &SeenPoint, index: f64, stack: &mut Stack) -> [Option<WayOut>; 2] {
     let mut ways = [None; 2];
     let Some(mut ray) = point.entering(index) else { return ways };
     let (mut found, mut length, mut left) = (0, 0.0, 1.0);

@@ -205,9 +205,7 @@ fn visibility(
             let irradiance = sample.irradiance.into_iter().fold(0.0, f64::max) * cosine;
             let ray = Ray { origin: start, direction: sample.towards };
             all += irradiance;
-            if !obstacles.is_occluded(ray, sample.distance, stack) {
-                visible += irradiance;
-            }
+            visible += irradiance * obstacles.passed(ray, sample.distance, stack);
         }
     });
     let share = visible / all;

@@ -113,12 +113,11 @@ impl PixelFeatures {
 impl<'a> Surface<'a> {
     pub fn new(stage: &Stage<'a>, lights: Vec<LightSampler>, scene: &Scene) -> Self {
         let mesh = stage.mesh();
-        let obstacles = || Obstacles { own: mesh.tracer(), others: stage.others() };
         let mut surface = Self {
             parts: mesh.parts(),
             mesh,
             lights: Vec::new(),
-            obstacles: scene.shadows.then(obstacles),
+            obstacles: scene.shadows.then(|| stage.obstacles()),
             normals: scene.normals,
             tangents: scene.tangents,
             shade_scale: 0.0,
@@ -172,15 +171,17 @@ impl<'a> Surface<'a> {
                 let wi = shaded.frame.local(light_sample.towards);
                 // NaN, possible for extreme lights, is treated as unlit.
                 if wi.z > 0.0 {
+                    let mut passed = 1.0;
                     if let Some((obstacles, start)) = start.filter(|_| light.casts_shadows) {
                         let ray = Ray { origin: start, direction: light_sample.towards };
-                        if obstacles.is_occluded(ray, light_sample.distance, stack) {
+                        passed = obstacles.passed(ray, light_sample.distance, stack);
+                        if passed <= 0.0 {
                             *shadowed += 1;
                             return;
                         }
                     }
                     fades |= light_sample.fading;
-                    let irradiance = light_sample.irradiance.map(|e| e * wi.z);
+                    let irradiance = light_sample.irradiance.map(|e| e * wi.z * passed);
                     if !soft {
                         shade += irradiance[0].max(irradiance[1]).max(irradiance[2]);
                     }

@@ -13,11 +13,12 @@ use super::paint::{NextRays, PaintedLights};
 use super::paint_point::columns;
 use super::point::{CameraRay, SurfacePoint};
 use super::quadrature::{Painted, Scratch};
-use super::render::{concatenate, pixel_sampler};
+use super::render::{concatenate, direct_sampler};
 use super::sampling::{PixelArea, Sampling};
 use super::set::SampleSet;
 use super::size::PictureSize;
 use crate::description::Scene;
+use crate::prefiltered::LobeShape;
 use crate::stage::Stage;
 
 /// Number of rays that a thread traces at a time.
@@ -26,8 +27,8 @@ const TOGETHER: usize = 256;
 /// What is sampled at the ends of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Seen {
-    /// Light, for BRDFs.
-    Light,
+    /// Light, for BRDFs; of environments as in [`SampleSet::render_direct`] if the lobes are given.
+    Light(Option<LobeShape>),
     /// Points, for painted materials.
     Points,
 }
@@ -50,7 +51,11 @@ impl SampleSet {
         (size_px, rays): (PictureSize, &[LeavingRay]),
         seen: Seen,
     ) -> Self {
-        let mut sampler = pixel_sampler(stage, scene, assets, size_px);
+        let lobes = match seen {
+            Seen::Light(lobes) => lobes,
+            Seen::Points => None,
+        };
+        let mut sampler = direct_sampler((stage, scene, assets), size_px, lobes);
         if seen == Seen::Points {
             let lights = PaintedLights::new(&sampler.surface.lights);
             sampler.painted = Some(Painted { lights, spacing: 1.0, keeps_seen: false });
@@ -72,6 +77,9 @@ impl SampleSet {
                     out.counts.covered += 1;
                     out.counts.add_unlit((point.skipped, point.shadowed));
                     out.buffer.push_point(&point);
+                    if let (Some(light), Some(facing)) = (&sampler.environments, &point.facing) {
+                        out.buffer.push_environments(&light.at(facing), facing, 1.0);
+                    }
                 }
                 out.counts.rays += 1;
                 let samples = out.buffer.count() - start;
@@ -91,7 +99,7 @@ impl SampleSet {
         };
         let (set, painted) = concatenate(rows.collect(), image);
         match seen {
-            Seen::Light => set,
+            Seen::Light(_) => set,
             Seen::Points => {
                 let lights = sampler.surface.lights.len();
                 let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };

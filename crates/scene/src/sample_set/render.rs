@@ -290,7 +290,7 @@ impl SampleSet {
     }
 }
 
-pub(super) fn pixel_sampler<'a>(
+fn pixel_sampler<'a>(
     stage: &Stage<'a>,
     scene: &Scene,
     assets: &LightAssets,
@@ -311,7 +311,7 @@ pub(super) fn pixel_sampler<'a>(
 }
 
 /// Returns the sampler of a picture with samples of the mean radiance of environments for `lobes`.
-fn direct_sampler<'a>(
+pub(super) fn direct_sampler<'a>(
     (stage, scene, assets): (&Stage<'a>, &Scene, &LightAssets),
     size_px: PictureSize,
     lobes: Option<LobeShape>,
