@@ -82,3 +82,7 @@ fn channels(
         (inputs[channel], colors.clone().map(value).collect())
     })
 }
+
+#[cfg(test)]
+#[path = "glass_tests.rs"]
+mod tests;

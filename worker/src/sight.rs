@@ -1,11 +1,11 @@
-//! What rays see that a clear body mirrors or lets through: other objects, the body itself and what
-//! is behind all.
+//! Sight of the rays that a clear body mirrors or lets through: other objects, the body itself and
+//! what is behind all.
 
 use std::sync::Arc;
 
 use brood_eval::{Gain, is_anisotropic, shade};
 use brood_program::Program;
-use brood_protocol::Backend;
+use brood_protocol::{Backend, RenderStats};
 use brood_scene::{
     Backdrop, Exposure, LeavingRay, LobeShape, PictureSize, SampleSet, Seen, WayOut,
     radiance_towards,
@@ -112,6 +112,8 @@ impl Renderer {
             })
         });
         let numbers = numbers.collect();
+        let rays_traced = rays.len() as u64;
+        self.caches.counters.add(RenderStats { rays: rays_traced, ..RenderStats::default() });
         let colors = self.seen_of_others(shot, &rays, exposure)?;
         let own = of_rays((view, view.stage.part()), frame.size_px, &rays, Seen::Points);
         Ok(Sight { ways, mirrored, numbers, colors, own })

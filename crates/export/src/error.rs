@@ -13,6 +13,12 @@ pub enum PrintError {
     /// The format is of painted materials.
     #[error("{} is a format of painted materials", .0.name())]
     NotPainted(Format),
+    /// The material shows its surroundings.
+    #[error(
+        "a painted material with glass is not exported: what it shows is traced in its scene; \
+         without the effect glass it is"
+    )]
+    Glass,
     /// The toon material lacks something that the style has.
     #[error("VRM's toon material has {0}")]
     Mtoon(&'static str),

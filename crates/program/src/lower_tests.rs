@@ -234,6 +234,26 @@ fn painted(text: &str, lights: usize) -> Program {
 }
 
 #[test]
+fn glass_reads_only_what_it_shows() {
+    let reads = |parameters: &str| {
+        let program = painted(&format!(".effect light\n.effect glass\n{parameters}"), 1);
+        (program.reads_mirrored(), program.reads_ways())
+    };
+    assert_eq!(reads(""), (true, true));
+    assert_eq!(reads("strength 0"), (false, false));
+    assert_eq!(reads("mirror 0"), (false, true));
+    assert_eq!(reads("see 0"), (true, false));
+    assert_eq!(reads("from 1"), (true, false));
+    assert_eq!(reads("from 0\nto 0"), (false, true));
+    let plain = painted(".effect light", 2);
+    assert_eq!(painted(".effect light\n.effect glass\nstrength 0", 2), plain);
+    let style =
+        Program::lower(&"brood 1\n.effect light\n.effect glass\nindex 1.33".parse().unwrap());
+    assert_eq!(style.glass().and_then(brood_genome::Effect::index_of_refraction), Some(1.33));
+    assert_eq!(style.without_glass(), Program::lower(&"brood 1\n.effect light".parse().unwrap()));
+}
+
+#[test]
 fn effects_without_strength_fold_away() {
     let plain = painted(".effect light", 2);
     let off = ".effect light\n.effect silhouette\nstrength 0\n.effect highlight\nstrength 0\n\

@@ -19,10 +19,12 @@ mod paint_point;
 mod paint_tests;
 mod pick;
 mod point;
+mod points;
 mod quadrature;
 mod rays;
 mod render;
 mod sampling;
+mod seen_point;
 mod select;
 mod set;
 #[cfg(test)]
@@ -33,11 +35,12 @@ mod tests;
 mod values;
 mod view;
 
-pub use clear::{LeavingRay, WayOut};
+pub use clear::WayOut;
 pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
 pub use lit_angles::{LitAngles, Toggles};
 pub use rays::Seen;
 pub use sampling::{PixelArea, PixelAreaError, Raster, Sampling, SamplingError};
+pub use seen_point::LeavingRay;
 pub use set::SampleSet;
 pub use size::{PictureSize, PictureSizeError};
 pub(crate) use view::View;

@@ -382,6 +382,31 @@ mod tests {
         }
     }
 
+    /// Under a clear ball, the ground has the share of light that passes.
+    #[test]
+    fn clear_objects_shade_in_part() {
+        let json = r#"{"mesh": "sphere", "shadows": true, "ground": {"height": -2},
+            "lights": [{"kind": "directional", "direction": [0, -1, 0]}],
+            "camera": {"eye": [0, -1.5, 0], "target": [0, -2, 0], "up": [0, 0, 1], "fov_y_deg": 20}}"#;
+        let scene = scene(json);
+        let meshes = [BuiltinMesh::Sphere, BuiltinMesh::Ground].map(Mesh::builtin);
+        let stage = Stage::new(&scene, &meshes[0], &[&meshes[1]]);
+        let light = |stage: &Stage<'_>| {
+            let set = set(stage.with_part(1), &scene, Sampling::Fixed(1));
+            set.irradiance()[0].iter().map(|e| f64::from(*e)).sum::<f64>()
+        };
+        let all = light(&stage.with_clear(&[1.0, 0.0]));
+        assert!(all > 0.0);
+        assert!((light(&stage.with_clear(&[0.25, 0.0])) / all - 0.25).abs() < 1e-6);
+        assert!(light(&stage) <= 0.0 && light(&stage.with_clear(&[0.0; 2])) <= 0.0);
+        let (size_px, area) = (SIDE.into(), PixelArea::whole(SIDE));
+        let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
+        let ground = stage.with_part(1).with_clear(&[0.25, 0.0]);
+        let points = SampleSet::render_points(ground, &scene, &LightAssets::default(), raster);
+        let visible = points.input(brood_brdf::Input::Light0Visibility);
+        assert!(visible.iter().all(|v| (v - 0.25).abs() < 1e-6), "{visible:?}");
+    }
+
     #[test]
     fn objects_stand_on_the_ground() {
         let json = r#"{"mesh": "cube", "scale": 2, "ground": {},

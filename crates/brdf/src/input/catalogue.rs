@@ -317,8 +317,8 @@ impl Input {
         Self::ALL[FIRST_OF_LIGHTS + light * LightInput::ALL.len() + quantity as usize]
     }
 
-    /// Inputs of clear bodies: the colours that mirrored and refracted rays see. A set has them only
-    /// where they were added.
+    /// Inputs of clear bodies: the colours that mirrored and refracted rays see. A set has them
+    /// only where they were added.
     pub fn of_glass() -> impl Iterator<Item = Self> {
         Self::ALL.into_iter().skip(Self::MirroredRed as usize)
     }

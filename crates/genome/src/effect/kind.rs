@@ -25,7 +25,7 @@ named_enum! {
         Highlight => "highlight",
         /// A colour by the distance from the eye.
         Distance => "distance",
-        /// What the eye sees mirrored in the surface and through the body.
+        /// The surroundings, mirrored in the surface and seen through the body.
         Glass => "glass",
     }
 }

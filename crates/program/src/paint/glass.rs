@@ -87,7 +87,7 @@ impl Painter<'_> {
         self.add(least, more)
     }
 
-    /// What is seen through a way out: D + T (X - D) with T = 2^(-d / h).
+    /// Colour through a way out: D + T (X - D) with T = 2^(-d / h).
     fn way(
         &mut self,
         effect: &Effect,

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::frame::ShadedPoint;
 use super::point::START_ABOVE;
+use super::seen_point::{LeavingRay, SeenPoint};
 use super::set::SampleSet;
 use crate::description::Tangents;
 
@@ -16,29 +17,6 @@ use crate::description::Tangents;
 const WALLS_MAX: usize = 6;
 /// Number of rays that a thread follows at a time.
 const TOGETHER: usize = 256;
-
-/// Point of a surface as the eye sees it.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct SeenPoint {
-    pub position: DVec3,
-    /// Shading normal, on the side of the eye.
-    pub n: DVec3,
-    /// Normal of the triangle, on the side of the eye.
-    pub face: DVec3,
-    /// Direction to the eye.
-    pub eye: DVec3,
-    /// Seed of the light samples at the point.
-    pub seed: u64,
-}
-
-/// Ray that leaves a body, with the seed of the light samples where it ends.
-#[derive(Debug, Clone, Copy)]
-pub struct LeavingRay {
-    /// The ray, in the unit frame of the body.
-    pub ray: Ray,
-    /// Seed of light samples.
-    pub seed: u64,
-}
 
 /// Way of the eye through a body: it enters, passes walls inside and leaves.
 #[derive(Debug, Clone, Copy)]

@@ -9,10 +9,10 @@ use brood_light::{LightSampler, Receiver};
 use brood_mesh::trace::{Hit, Ray, Stack};
 use glam::{DVec2, DVec3};
 
-use super::clear::SeenPoint;
 use super::frame::ShadedPoint;
 use super::paint_point::PaintPoint;
 use super::point::{CameraRay, PixelFeatures, SampleBuffer, Surface, SurfacePoint};
+use super::seen_point::SeenPoint;
 use super::values::round_to_f32;
 use crate::stage::Obstacles;
 

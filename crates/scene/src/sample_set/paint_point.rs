@@ -3,7 +3,7 @@
 use brood_brdf::{Input, LightInput, Lighting};
 use glam::DVec3;
 
-use super::clear::SeenPoint;
+use super::seen_point::SeenPoint;
 
 /// Quantities of one light, in the order of [`LightInput::ALL`].
 type LightValues = [f32; LightInput::ALL.len()];

@@ -6,7 +6,6 @@ use brood_mesh::trace::Ray;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::clear::LeavingRay;
 use super::fixed::Row;
 use super::layout::ImageLayout;
 use super::paint::{NextRays, PaintedLights};
@@ -15,6 +14,7 @@ use super::point::{CameraRay, SurfacePoint};
 use super::quadrature::{Painted, Scratch};
 use super::render::{concatenate, direct_sampler};
 use super::sampling::{PixelArea, Sampling};
+use super::seen_point::LeavingRay;
 use super::set::SampleSet;
 use super::size::PictureSize;
 use crate::description::Scene;
@@ -24,7 +24,7 @@ use crate::stage::Stage;
 /// Number of rays that a thread traces at a time.
 const TOGETHER: usize = 256;
 
-/// What is sampled at the ends of rays.
+/// Kind of samples at the ends of rays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Seen {
     /// Light, for BRDFs; of environments as in [`SampleSet::render_direct`] if the lobes are given.

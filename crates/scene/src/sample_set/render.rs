@@ -10,10 +10,10 @@ use rayon::prelude::*;
 use super::cluster::Groups;
 use super::fixed::{Row, fixed_pixel, fixed_row};
 use super::layout::{ImageLayout, PixelRun, SampleCounts};
-use super::paint::{PaintedLights, push_groups};
+use super::paint::push_groups;
 use super::paint_point::{PaintPoint, columns};
 use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
-use super::quadrature::{Painted, PixelSampler, Scratch};
+use super::quadrature::{PixelSampler, Scratch};
 use super::sampling::{PixelArea, Raster, Sampling};
 use super::set::SampleSet;
 use super::size::PictureSize;
@@ -144,52 +144,7 @@ impl SampleSet {
         (set, PrefilteredLight::of_picture(raster, environments, points_of))
     }
 
-    /// Samples the surface points of a picture with their lights, for painted materials: one sample
-    /// per point, lit or not, whose irradiance is the share of the pixel that it represents.
-    ///
-    /// # Domain
-    /// At most [`brood_brdf::Input::LIGHTS`] lights.
-    ///
-    /// # Panics
-    /// As [`SampleSet::render_area`], and if there are more lights.
-    #[must_use]
-    pub fn render_points<'a>(
-        stage: impl Into<Stage<'a>>,
-        scene: &Scene,
-        assets: &LightAssets,
-        raster: Raster,
-    ) -> Self {
-        Self::painted_points((&stage.into(), scene, assets), raster, false)
-    }
-
-    /// As [`SampleSet::render_points`], and keeps where each sample is on the surface, for
-    /// [`SampleSet::mirrored_rays`] and [`SampleSet::ways_out`].
-    ///
-    /// # Panics
-    /// As [`SampleSet::render_points`].
-    #[must_use]
-    pub fn render_clear_points<'a>(
-        stage: impl Into<Stage<'a>>,
-        scene: &Scene,
-        assets: &LightAssets,
-        raster: Raster,
-    ) -> Self {
-        Self::painted_points((&stage.into(), scene, assets), raster, true)
-    }
-
-    fn painted_points(
-        (stage, scene, assets): (&Stage<'_>, &Scene, &LightAssets),
-        raster: Raster,
-        keeps_seen: bool,
-    ) -> Self {
-        let mut sampler = pixel_sampler(stage, scene, assets, raster.size_px);
-        let spacing = 1.0 / f64::from(raster.sampling.min_rays()).sqrt();
-        let lights = PaintedLights::new(&sampler.surface.lights);
-        sampler.painted = Some(Painted { lights, spacing, keeps_seen });
-        Self::render_with(&sampler, raster).0
-    }
-
-    fn render_with(sampler: &PixelSampler<'_>, raster: Raster) -> (Self, Vec<LitPoint>) {
+    pub(super) fn render_with(sampler: &PixelSampler<'_>, raster: Raster) -> (Self, Vec<LitPoint>) {
         let Raster { size_px, sampling, area } = raster;
         assert!(
             size_px.longer() <= u32::from(u16::MAX),
@@ -290,7 +245,7 @@ impl SampleSet {
     }
 }
 
-fn pixel_sampler<'a>(
+pub(super) fn pixel_sampler<'a>(
     stage: &Stage<'a>,
     scene: &Scene,
     assets: &LightAssets,

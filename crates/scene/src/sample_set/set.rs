@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use brood_brdf::{DirectionPair, Input, LightInput, Lighting};
 use glam::DVec2;
 
-use super::clear::SeenPoint;
 use super::layout::{ImageLayout, SampleCounts};
+use super::seen_point::SeenPoint;
 use super::values::{Values, round_to_f32};
 
 /// Shading samples as a structure of arrays.
