@@ -7,8 +7,10 @@ use super::cells::Cell;
 use super::{PaintingRegion, REGIONS_MAX};
 use crate::oklab::Oklab;
 
-/// Lightness below which colours count as greyer: the hue of nearly black pixels is noise.
+/// Lightness below which colours count as greyer.
 const DARK: f64 = 0.2;
+/// Lightness below which they fade to grey: codes are below 12, and rounding decides the hue.
+const BLACK: f64 = 0.15;
 /// Bins a side of the plane, and the largest coordinate; blue has 0.69.
 const BINS: usize = 160;
 const EDGE: f64 = 0.8;
@@ -55,8 +57,9 @@ pub(super) fn of(cells: &[Cell]) -> Vec<PaintingRegion> {
 }
 
 fn place(color: Oklab) -> Place {
-    let lightness = color.lightness.max(DARK);
-    [color.a / lightness, color.b / lightness]
+    let fade = (color.lightness / BLACK).min(1.0);
+    let scale = fade * fade * fade / color.lightness.max(DARK);
+    [color.a * scale, color.b * scale]
 }
 
 /// Returns the bins that have colours, in the order of the grid.

@@ -139,6 +139,19 @@ fn single_pixels_have_no_region() {
 }
 
 #[test]
+fn nearly_black_places_are_one_region() {
+    let noise = |x: u32, y: u32| match (x * 7 + y * 13) % 5 {
+        0 => opaque([2, 0, 1]),
+        1 => opaque([0, 2, 0]),
+        2 => opaque([1, 1, 3]),
+        3 => opaque([3, 1, 0]),
+        _ => opaque([0, 0, 0]),
+    };
+    let found = palette(64, 64, |x, y| if x < 32 { noise(x, y) } else { opaque([200, 160, 90]) });
+    assert_eq!(found.regions().len(), 2, "{found:?}");
+}
+
+#[test]
 fn invalid_palettes_are_refused() {
     let refused = |json: serde_json::Value| {
         serde_json::from_value::<PaintingPalette>(json).unwrap_err().to_string()

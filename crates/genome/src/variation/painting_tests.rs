@@ -46,13 +46,15 @@ fn turn(one: Oklab, other: Oklab) -> f64 {
     (one.b * other.a - one.a * other.b).atan2(one.a * other.a + one.b * other.b).abs()
 }
 
-/// Effects without their colours.
-fn uncoloured(genome: &Genome) -> Vec<(EffectKind, Vec<(&'static str, Vec<f64>)>)> {
+/// Values of the effects, except colours, with kind and name.
+fn uncoloured(genome: &Genome) -> Vec<(EffectKind, &'static str, Vec<f64>)> {
     let values = |effect: &Effect| {
-        let values = effect.parameters().filter(|(parameter, _)| parameter.name != "color");
-        values.map(|(parameter, values)| (parameter.name, values.to_vec())).collect()
+        let kind = effect.kind();
+        let values = effect.values().iter().filter(|(parameter, _)| parameter.name != "color");
+        let values = values.map(|(parameter, values)| (kind, parameter.name, values.to_vec()));
+        values.collect::<Vec<_>>()
     };
-    genome.effects().iter().map(|effect| (effect.kind(), values(effect))).collect()
+    genome.effects().iter().flat_map(values).collect()
 }
 
 #[test]

@@ -69,7 +69,7 @@ fn pick(regions: &[PaintingRegion], taken: Option<usize>, stream: &mut Stream) -
         }
     }
     // Rounding may leave nothing of the sum.
-    free().last().expect("a region is free")
+    free().next_back().expect("a region is free")
 }
 
 /// Returns a palette with the number of colours and the edges of an old one, in its order of
