@@ -31,7 +31,12 @@ impl Oklab {
     /// Converts display values from 0 to 1.
     #[must_use]
     pub fn of_display(values: [f64; 3]) -> Self {
-        let [red, green, blue] = values.map(linear);
+        Self::of_linear(values.map(linear))
+    }
+
+    /// Converts linear display values from 0 to 1.
+    #[must_use]
+    pub fn of_linear([red, green, blue]: [f64; 3]) -> Self {
         let l = cbrt(0.412_221_470_8 * red + 0.536_332_536_3 * green + 0.051_445_992_9 * blue);
         let m = cbrt(0.211_903_498_2 * red + 0.680_699_545_1 * green + 0.107_396_956_6 * blue);
         let s = cbrt(0.088_302_461_9 * red + 0.281_718_837_6 * green + 0.629_978_700_5 * blue);
@@ -105,7 +110,7 @@ fn cube(value: f64) -> f64 {
 }
 
 /// Linear value of a display value.
-fn linear(value: f64) -> f64 {
+pub(crate) fn linear(value: f64) -> f64 {
     if value <= 0.040_45 { value / 12.92 } else { pow((value + 0.055) / 1.055, 2.4) }
 }
 

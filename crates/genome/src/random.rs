@@ -66,6 +66,8 @@ pub enum Operator {
     MutateEffects = 22,
     /// Crossover of effects.
     RecombineEffects = 23,
+    /// Colours of a painting for effects.
+    Painting = 24,
 }
 
 /// Computes one block of Philox4x32-10.

@@ -10,9 +10,12 @@ mod strength;
 mod toward;
 
 use crate::believable::{self, Structure};
-use crate::locks::ResolvedLocks;
+use crate::locks::{LockedEffects, ResolvedLocks};
 use crate::steer::Kept;
-use crate::{BirthKey, Dialect, DialectConstraints, Genome, Locks, Output, Start, Steer};
+use crate::{
+    BirthKey, Dialect, DialectConstraints, EffectKind, Genome, Locks, Output, PaintingPalette,
+    Palette, Start, Steer,
+};
 use draft::Draft;
 pub use strength::MutationScale;
 
@@ -27,6 +30,7 @@ pub struct Variation<'a> {
     start: Start,
     scale: MutationScale,
     steer: &'a [Steer],
+    painting: Option<&'a PaintingPalette>,
 }
 
 /// Operator with its parents and amounts.
@@ -145,6 +149,13 @@ impl<'a> Variation<'a> {
         Self { steer, ..self }
     }
 
+    /// Colours painted children with the regions of a picture, unless their palette is locked. All
+    /// other parts vary as without it. Has no effect on BRDFs.
+    #[must_use]
+    pub fn with_painting(self, painting: Option<&'a PaintingPalette>) -> Self {
+        Self { painting, ..self }
+    }
+
     /// Sets the meaning of `mutation`. By default it is a visible amount.
     #[must_use]
     pub fn with_scale(self, scale: MutationScale) -> Self {
@@ -162,9 +173,17 @@ impl<'a> Variation<'a> {
     }
 
     /// True if all children are equal for any key: there is no mutation and no random choice
-    /// between the parents.
+    /// between the parents or of the colours of a painting.
     #[must_use]
     pub fn is_deterministic(&self) -> bool {
+        let locks_colors = |first: &Genome| {
+            self.resolve_locks(first).effects().locks(EffectKind::Light, Palette::COLORS)
+        };
+        if self.painting.is_some()
+            && self.parents().next().is_none_or(|first| first.is_painted() && !locks_colors(first))
+        {
+            return false;
+        }
         match self.origin {
             Origin::Random(_) => false,
             Origin::Mutate { mutation, .. } => mutation <= 0.0,
@@ -199,7 +218,16 @@ impl<'a> Variation<'a> {
     /// Returns the child of a key.
     #[must_use]
     pub fn birth(&self, key: BirthKey) -> Genome {
-        self.finish(self.draft(key))
+        let mut draft = self.draft(key);
+        if let Some(painting) = self.painting
+            && !draft.effects.is_empty()
+        {
+            let resolved = self.parents().next().map(|first| self.resolve_locks(first));
+            let none = LockedEffects::default();
+            let locked = resolved.as_ref().map_or(&none, ResolvedLocks::effects);
+            paint::color(&mut draft.effects, painting, key, locked);
+        }
+        self.finish(draft)
     }
 
     fn draft(&self, key: BirthKey) -> Draft {
@@ -290,6 +318,7 @@ impl<'a> Variation<'a> {
             start: Start::default(),
             scale: MutationScale::default(),
             steer: &[],
+            painting: None,
         }
     }
 }

@@ -3,6 +3,7 @@
 //! Colours change in Oklab, the palette as a whole, so that children keep a range of lightness that
 //! shows the shape. docs/maths/variation.md has the rates.
 
+mod painting;
 mod palette;
 mod random;
 mod recombine;
@@ -12,9 +13,14 @@ mod value;
 mod mutate;
 
 pub(super) use mutate::mutate;
+pub(super) use painting::color;
 pub(super) use random::random;
 pub(super) use recombine::recombine;
 
 #[cfg(test)]
 #[path = "paint_tests.rs"]
 mod tests;
+
+#[cfg(test)]
+#[path = "painting_tests.rs"]
+mod painting_tests;

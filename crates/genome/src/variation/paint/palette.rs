@@ -64,7 +64,7 @@ fn between((low, high): (f64, f64), stream: &mut Stream) -> f64 {
 }
 
 /// Creates a palette of valid colours; sorts the edges.
-fn valid(colors: Vec<[u8; 3]>, mut edges: Vec<f64>) -> Palette {
+pub(super) fn valid(colors: Vec<[u8; 3]>, mut edges: Vec<f64>) -> Palette {
     edges.sort_by(f64::total_cmp);
     Palette::new(Some(colors), Some(edges)).expect("operators keep to the rules of palettes")
 }
@@ -175,7 +175,7 @@ fn count(colors: &mut Vec<Oklab>, edges: &mut Vec<f64>, amount: f64, stream: &mu
 
 /// Gives the colours the order of lightness that the old ones have: ascending, unless the parent's
 /// palette has bands.
-fn keep_ranks(new: &mut [Oklab], old: &[Oklab]) {
+pub(super) fn keep_ranks(new: &mut [Oklab], old: &[Oklab]) {
     let mut places: Vec<usize> = (0..old.len()).collect();
     places.sort_by(|one, other| old[*one].lightness.total_cmp(&old[*other].lightness));
     let mut sorted = new.to_vec();
@@ -186,7 +186,7 @@ fn keep_ranks(new: &mut [Oklab], old: &[Oklab]) {
 }
 
 /// Stretches lightness to its least range, then moves it by `pull` and into its range.
-fn stretch(colors: &mut [Oklab], pull: f64) {
+pub(super) fn stretch(colors: &mut [Oklab], pull: f64) {
     let (low, high) = colors.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), one| {
         (low.min(one.lightness), high.max(one.lightness))
     });

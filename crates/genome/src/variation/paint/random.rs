@@ -33,10 +33,17 @@ pub(in super::super) fn random(key: BirthKey) -> Vec<Effect> {
 
 /// Draws an overlay whose colour suits a palette.
 pub(super) fn overlay(kind: EffectKind, palette: &Palette, stream: &mut Stream) -> Effect {
-    let mut values = value::random(kind, stream);
-    let color = color(kind, palette).map(|code| f64::from(code) / 255.0);
+    let values = value::random(kind, stream);
+    let overlay = Effect::new(kind, values, None).expect("drawn from the rules of effects");
+    suited(&overlay, palette)
+}
+
+/// Returns an overlay with the colour that suits a palette.
+pub(super) fn suited(overlay: &Effect, palette: &Palette) -> Effect {
+    let color = color(overlay.kind(), palette).map(|code| f64::from(code) / 255.0);
+    let mut values = overlay.values().clone();
     values.set(effect::COLOR, &color).expect("codes are display values");
-    Effect::new(kind, values, None).expect("drawn from the rules of effects")
+    Effect::new(overlay.kind(), values, None).expect("the rest was valid")
 }
 
 /// Colour of an overlay that suits a palette.
