@@ -41,7 +41,7 @@ pub(super) struct CameraRay {
 
 /// Distance of the start of shadow rays above the surface, in the unit frame: far above rounding
 /// errors, far below what is visible.
-pub(super) const START_ABOVE: f64 = 1e-6;
+const START_ABOVE: f64 = 1e-6;
 
 /// Light sample at a surface point.
 #[derive(Debug, Clone, Copy)]

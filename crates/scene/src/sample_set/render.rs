@@ -262,7 +262,8 @@ impl SampleSet {
     }
 }
 
-fn pixel_sampler<'a>(
+/// Returns the sampler of a part of a scene.
+pub(super) fn pixel_sampler<'a>(
     stage: &Stage<'a>,
     scene: &Scene,
     assets: &LightAssets,
