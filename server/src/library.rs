@@ -317,8 +317,11 @@ impl Library {
         Ok((mesh, objects))
     }
 
-    /// Returns the program of an object's material.
-    async fn program_of(&self, name: Option<&str>) -> Result<Program, ApiError> {
+    /// Returns the program of an object's material: a preset, a stored genome, or neutral grey.
+    ///
+    /// # Errors
+    /// 422 or 404 if there is no such preset or genome.
+    pub async fn program_of(&self, name: Option<&str>) -> Result<Program, ApiError> {
         let Some(name) = name else { return Ok(express(neutral())) };
         if let Some(preset) = Preset::find(name) {
             return Ok(express(preset.genome()));

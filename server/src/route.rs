@@ -91,7 +91,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(genome::create))
         .routes(routes!(genome::get))
         .routes(routes!(export::formats))
-        .routes(routes!(export::print))
+        .routes(routes!(export::print, export::of_material))
         .routes(routes!(export::get))
         .routes(routes!(archive::get))
         .routes(routes!(model::list))

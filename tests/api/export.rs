@@ -63,6 +63,28 @@ async fn unknown_formats_and_individuals_are_refused() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn materials_of_objects_are_printed_by_their_names() {
+    let server = TestServer::start();
+    let path = |query: &str| format!("/v1/exports/glsl-es-300?uv_within=2{query}");
+    let code = async |query: &str| server.get(&path(query)).await.expect(200).text();
+    let grey = code("").await;
+    assert!(grey.contains("evolved("), "{grey}");
+    let gold = code("&material=gold").await;
+    assert_ne!(gold, grey);
+    let toon = code("&material=paint-toon&lights=2").await;
+    assert!(toon.contains("vec3 styled("), "{toon}");
+    let genome = "brood 1\n.model lambert\nalbedo 0.2 0.1 0.4\n";
+    let stored = server.post_bytes("/v1/genomes", "text/x-brood", genome).await;
+    let hash = text_of(&stored.expect(201).json()["hash"]).to_owned();
+    let own = code(&format!("&material={hash}")).await;
+    let posted = server.post_bytes(&path(""), "text/x-brood", genome).await;
+    assert_eq!(own, posted.expect(200).text());
+    server.get(&path("&material=nothing")).await.problem(422);
+    server.get(&path(&format!("&material={}", "0".repeat(64)))).await.problem(404);
+    server.get(&path("&lights=9&material=paint-toon")).await.problem(400);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn geometry_is_returned_for_built_in_and_uploaded_meshes() {
     let server = TestServer::start();
     let knob = server.get("/v1/meshes/knob/geometry").await.expect(200);
@@ -74,6 +96,8 @@ async fn geometry_is_returned_for_built_in_and_uploaded_meshes() {
     assert_eq!(triangle.header("content-type"), "application/vnd.brood.geometry");
     assert_eq!(triangle.body.len(), 56 + 3 * 44 + 12);
     server.get("/v1/meshes/teapot/geometry").await.problem(404);
+    let ground = server.get("/v1/meshes/ground/geometry").await.expect(200);
+    assert_eq!(ground.body.len(), 56 + 4 * 44 + 2 * 12);
     for (id, vertices) in [(text_of(&mesh["id"]), 3), ("torus".to_owned(), 0)] {
         let glb = server.get(&format!("/v1/meshes/{id}/mesh.glb")).await.expect(200);
         assert_eq!(glb.header("content-type"), "model/gltf-binary");

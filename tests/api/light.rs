@@ -173,6 +173,16 @@ async fn lit_angles_hold_the_shadows_of_point_lights() {
     assert_eq!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
     other["rotation_deg"] = json!([0, 50, 0]);
     assert_ne!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
+    // Nor on materials, but on the other objects.
+    let mut among = scene.clone();
+    among["ground"] = json!({});
+    among["objects"] = json!([{"mesh": "ball", "position": [1, 0, 1], "scale": 0.4}]);
+    let beside = server.get(&path(&among, "side=40").await).await.expect(200).body;
+    assert_eq!(beside.len(), file.len());
+    assert_ne!(beside, file);
+    among["ground"]["material"] = json!("gold");
+    among["objects"][0]["material"] = json!("paint-toon");
+    assert_eq!(server.get(&path(&among, "side=40").await).await.expect(200).body, beside);
     for (lights, shadows) in [
         (json!([{}]), false),
         (json!([{"kind": "sphere", "position": [0, 3, 3], "radius": 1}]), true),

@@ -4,6 +4,7 @@
  * `lighting.rs`.
  *
  * @import { Camera, Scene, Vec3 } from "../model.js"
+ * @import { Stage } from "./stage.js"
  */
 import { strengthField } from "../scene/light_color.js";
 import { about, axes, fromDegrees } from "../scene/rotation.js";
@@ -14,6 +15,11 @@ export const LIGHTS = 8;
  * Distance of a framing camera, relative to where the bounding sphere touches the picture's edge.
  */
 const FRAMING_MARGIN = 1.04;
+/**
+ * Nearest visible distance before a ground, relative to that of the subject: the ground may be just
+ * below the eye.
+ */
+const NEAR_GROUND = 0.02;
 /** Default position of a light: azimuth, elevation, and distance in radii. */
 const PLACED = { azimuth: 65, elevation: 45, radii: 4 };
 
@@ -88,9 +94,11 @@ export const rotationOf = (scene) => fromDegrees(scene.rotation_deg);
  * @param {Camera} camera
  * @param {Extent} extent
  * @param {{rotation: number[], scale: number}} pose of the object
+ * @param {Pick<Stage, "framed"|"reach"|"all">} [stage] the objects around it; default: none
  * @returns {View}
  */
-export function viewOf(camera, extent, { rotation, scale }) {
+export function viewOf(camera, extent, { rotation, scale }, stage) {
+  const { framed, reach, all } = stage ?? { framed: 1, reach: scale, all: scale };
   const { right, up, back } = axes(camera);
   const turned = {
     right: rotateBack(rotation, right),
@@ -100,14 +108,14 @@ export function viewOf(camera, extent, { rotation, scale }) {
   };
   if (camera.orthographic !== undefined) {
     const middle = relative([0, 0, 0], extent);
-    const eye = scaled(rotateBack(rotation, [middle[0], middle[1], 2 * scale]), 1 / scale);
+    const eye = scaled(rotateBack(rotation, [middle[0], middle[1], 2 * reach]), 1 / scale);
     return {
       ...turned,
       eye,
       half: camera.orthographic / extent.radius / scale,
       parallel: true,
       near: 0,
-      far: 4,
+      far: (2 * reach + 2 * all) / scale,
     };
   }
   const fov = camera.fov_y_deg ?? 30;
@@ -118,33 +126,45 @@ export function viewOf(camera, extent, { rotation, scale }) {
   else {
     const distance = camera.distance
       ? camera.distance / extent.radius
-      : FRAMING_MARGIN / Math.sin(0.5 * fov * DEGREE);
+      : (framed * FRAMING_MARGIN) / Math.sin(0.5 * fov * DEGREE);
     from = scaled(back, distance);
   }
   const eye = scaled(rotateBack(rotation, from), 1 / scale);
   const distance = Math.hypot(...eye);
+  const near = Math.max(distance - (1.01 * reach) / scale, distance * 1e-3);
   return {
     ...turned,
     eye,
     half,
     parallel: false,
-    near: Math.max(distance - 1.01, distance * 1e-3),
-    far: distance + 1.01,
+    near: all > reach ? Math.min(near, distance * NEAR_GROUND) : near,
+    far: distance + (1.01 * all) / scale,
   };
 }
 
 /** Lights other than environments. @param {Pick<Scene, "lights">} scene */
 const pointsOf = ({ lights }) => (lights ?? []).filter(({ kind }) => kind !== "environment");
 
+/** True if there are objects beside the subject, or a ground. @param {Scene} scene */
+export const hasOthers = ({ objects, ground }) => Boolean(ground) || (objects ?? []).length > 0;
+
+/**
+ * Names of the materials of the objects beside the subject, and of the ground; empty for neutral
+ * grey.
+ * @param {Scene} scene
+ */
+export const materialsOf = ({ objects, ground }) =>
+  [...(objects ?? []), ...(ground ? [ground] : [])].map(({ material }) => material ?? "");
+
 /**
  * True if a scene can be drawn live: environments and a few point lights with an intensity or the
- * default one, curved normals, shadows of point lights alone, and no other object.
+ * default one, curved normals, and no environment where there are shadows, other objects or a
+ * ground.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
-  !scene.ground &&
-  (scene.objects ?? []).length === 0 &&
-  (!scene.shadows || pointsOf(scene).length === (scene.lights ?? []).length) &&
+  (!(scene.shadows || hasOthers(scene)) || pointsOf(scene).length === (scene.lights ?? []).length) &&
+  !(hasOthers(scene) && scene.backdrop?.kind === "environment") &&
   pointsOf(scene).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&
   pointsOf(scene).every(

@@ -31,3 +31,24 @@ vec3 srgb(vec3 shown) {
   return mix(curve, 12.92 * c, lessThanEqual(c, vec3(0.0031308)));
 }
 `;
+
+/**
+ * Declares `gain` and `marks`, and the function `developed`: the codes of linear display values,
+ * burnt-out and black pixels marked.
+ */
+export const DEVELOPED = `
+uniform float gain;
+uniform bool marks;
+
+vec3 developed(vec3 shown, float coverage) {
+  vec3 code = srgb(shown);
+  // Diagonal stripes as in marks.js: two colours, then two transparent ones.
+  int stripe = ((int(gl_FragCoord.x) + 8192 - int(gl_FragCoord.y)) & 7) >> 1;
+  float strongest = max(shown.r, max(shown.g, shown.b));
+  bool marked = marks && coverage == 1.0;
+  bool burnt = marked && strongest > 1.0;
+  bool black = marked && max(code.r, max(code.g, code.b)) < 0.5 / 255.0;
+  code = mix(code, stripe == 0 ? vec3(1.0, 0.0, 0.7) : vec3(0.0), bvec3(burnt && stripe < 2));
+  return mix(code, vec3(0.2, 0.55, 1.0), bvec3(black && stripe == 0));
+}
+`;

@@ -10,6 +10,8 @@
 import { getBytes } from "../api/request.js";
 
 const MAGIC = "broodgeo";
+/** Delay before a failed request is repeated. */
+const AGAIN_MS = 5000;
 /** Number of bytes before the arrays. */
 export const HEAD_BYTES = 56;
 
@@ -86,12 +88,22 @@ export const meshPath = ({ mesh, sphere_pole: pole }, file) =>
   `/v1/meshes/${mesh}/${file}${pole === "z" ? "?sphere_pole=z" : ""}`;
 
 /**
+ * Paths of the geometry of all parts of a scene: the subject, the other objects, the ground.
+ * @param {Scene} scene
+ */
+export const partPaths = (scene) => [
+  meshPath(scene, "geometry"),
+  ...(scene.objects ?? []).map(({ mesh = "sphere" }) => meshPath({ mesh }, "geometry")),
+  ...(scene.ground ? [meshPath({ mesh: "ground" }, "geometry")] : []),
+];
+
+/**
  * Requests a mesh and uploads it.
  * @param {WebGL2RenderingContext} gl
  * @param {string} path of its geometry
  * @returns {Promise<Geometry>}
  */
-export async function loadGeometry(gl, path) {
+async function loadGeometry(gl, path) {
   const arrays = readGeometry(await getBytes(path));
   const vertices = gl.createVertexArray();
   gl.bindVertexArray(vertices);
@@ -119,7 +131,56 @@ export async function loadGeometry(gl, path) {
 }
 
 /** @param {WebGL2RenderingContext} gl @param {Geometry} of */
-export function dropGeometry(gl, of) {
+function dropGeometry(gl, of) {
   gl.deleteVertexArray(of.vertices);
   for (const buffer of of.buffers) gl.deleteBuffer(buffer);
+}
+
+/** Meshes on the GPU by the paths of their geometry. */
+export class Meshes {
+  /** @type {Map<string, Geometry|null>} null: being loaded */
+  #held = new Map();
+  #changed;
+
+  /** @param {() => void} changed is called when one has arrived */
+  constructor(changed) {
+    this.#changed = changed;
+  }
+
+  /**
+   * The meshes of these paths; null until all are there. Others are dropped once these are.
+   * @param {WebGL2RenderingContext} gl
+   * @param {string[]} paths
+   * @returns {Geometry[]|null}
+   */
+  all(gl, paths) {
+    for (const path of paths) if (!this.#held.has(path)) void this.#load(gl, path);
+    const found = paths.flatMap((path) => this.#held.get(path) ?? []);
+    if (found.length < paths.length) return null;
+    for (const [path, geometry] of this.#held) {
+      if (paths.includes(path) || !geometry) continue;
+      dropGeometry(gl, geometry);
+      this.#held.delete(path);
+    }
+    return found;
+  }
+
+  /** Forgets the meshes of a lost context. */
+  lose() {
+    this.#held.clear();
+  }
+
+  /** @param {WebGL2RenderingContext} gl @param {string} path */
+  async #load(gl, path) {
+    this.#held.set(path, null);
+    try {
+      const geometry = await loadGeometry(gl, path);
+      if (!gl.isContextLost()) this.#held.set(path, geometry);
+    } catch {
+      // The server's pictures stay visible meanwhile.
+      await new Promise((done) => setTimeout(done, AGAIN_MS));
+      this.#held.delete(path);
+    }
+    this.#changed();
+  }
 }

@@ -49,17 +49,17 @@ export function dropLitCells(gl, of) {
 /**
  * Advances the read-back by one step.
  * @param {WebGL2RenderingContext} gl
- * @param {{side: number, foundFramebuffer: WebGLFramebuffer, parts: LitCells}} surface
+ * @param {{side: number, foundFramebuffer: WebGLFramebuffer, litCells: LitCells}} surface
  * @returns {boolean} true if more steps are needed
  */
-export function readLitCells(gl, { side, foundFramebuffer, parts }) {
+export function readLitCells(gl, { side, foundFramebuffer, litCells }) {
   // Without points of this size the cells cannot be drawn. Almost all GPUs have them.
-  if (parts.cells || gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1] < CELL) return false;
+  if (litCells.cells || gl.getParameter(gl.ALIASED_POINT_SIZE_RANGE)[1] < CELL) return false;
   const numbers = 4 * side * side;
-  if (!parts.fence) {
-    parts.pixels = gl.createBuffer();
+  if (!litCells.fence) {
+    litCells.pixels = gl.createBuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, foundFramebuffer);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, parts.pixels);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, litCells.pixels);
     gl.bufferData(gl.PIXEL_PACK_BUFFER, 8 * numbers, gl.STREAM_READ);
     // Points first, then normals.
     for (const k of [0, 1]) {
@@ -68,17 +68,17 @@ export function readLitCells(gl, { side, foundFramebuffer, parts }) {
     }
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    parts.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    litCells.fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     gl.flush();
     return true;
   }
-  if (gl.clientWaitSync(parts.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
+  if (gl.clientWaitSync(litCells.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
   const found = new Float32Array(2 * numbers);
-  gl.bindBuffer(gl.PIXEL_PACK_BUFFER, parts.pixels);
+  gl.bindBuffer(gl.PIXEL_PACK_BUFFER, litCells.pixels);
   gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, found);
   gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-  resetLitCells(gl, parts);
-  parts.cells = cellsOf(found.subarray(0, numbers), found.subarray(numbers), side);
+  resetLitCells(gl, litCells);
+  litCells.cells = cellsOf(found.subarray(0, numbers), found.subarray(numbers), side);
   return false;
 }
 
@@ -99,10 +99,10 @@ export function updateLitCells(gl, of, lights) {
 /**
  * Draws the lit cells in the square at a corner. Cells are aligned to even pixels of the screen.
  * @param {WebGL2RenderingContext} gl
- * @param {{side: number, parts: LitCells}} surface
+ * @param {{side: number, litCells: LitCells}} surface
  * @param {[number, number]} corner
  */
-export function drawLitCells(gl, { side, parts: { cells, vertices, lit } }, corner) {
+export function drawLitCells(gl, { side, litCells: { cells, vertices, lit } }, corner) {
   if (!cells) return;
   gl.viewport(corner[0] & ~1, corner[1] & ~1, CELL * cells.across, CELL * cells.across);
   gl.enable(gl.SCISSOR_TEST);

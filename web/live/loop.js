@@ -5,12 +5,10 @@
  * server's pictures stay visible where this has nothing to show.
  *
  * @import { Cell, Individual, Scene } from "../model.js"
- * @import { Geometry } from "./geometry.js"
- * @import { Meter } from "./material.js"
+ * @import { Material } from "./material.js"
  * @import { PaintLight } from "./paint_lights.js"
- * @import { Linked } from "./program.js"
  * @import { Context } from "./canvas.js"
- * @import { SurfacePrograms, Surface } from "./surface.js"
+ * @import { Surface } from "./surface.js"
  * @import { Extent, PointLight } from "./camera.js"
  */
 import { effect } from "../vendor/signals-core.js";
@@ -21,29 +19,31 @@ import { FRAMES, lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
 import { extentOf } from "../scene/extents.js";
 import { sceneStore } from "../scene/store.js";
-import { drawBackdrop, linkBackdrop } from "./backdrop.js";
+import { drawBackdrop } from "./backdrop.js";
 import {
-  LIGHTS, directionSeen, lightsOf, normalizedLights, rotationOf, strengthOf, viewOf,
+  LIGHTS, directionSeen, hasOthers, lightsOf, materialsOf, normalizedLights, rotationOf,
+  strengthOf, viewOf,
 } from "./camera.js";
 import { layOut, observePixels, openContext } from "./canvas.js";
 import { DraftMaterial } from "./draft_material.js";
 import { toneNumber } from "./film.js";
-import { dropGeometry, loadGeometry, meshPath } from "./geometry.js";
+import { Meshes, partPaths } from "./geometry.js";
 import { lightAt, startLight } from "./light_circle.js";
 import { readLitCells, updateLitCells } from "./lit_cells.js";
-import { METER_ANGLES, METER_SIDE, drawMaterial, linkDark, makeMeter } from "./material.js";
+import { METER_ANGLES, drawMaterial } from "./material.js";
 import { MaterialCache } from "./material_cache.js";
+import { OtherParts } from "./others.js";
 import { PaintedSurfaces, drawPainted } from "./paint.js";
 import { MeanLights, paintLightsOf } from "./paint_lights.js";
 import { AdaptiveResolution, displayInterval } from "./resolution.js";
 import { ShadowTexture, shadowKey } from "./shadows.js";
 import { turnOf } from "./spheres.js";
+import { stageOf } from "./stage.js";
 import { followLight } from "./stills.js";
 import { liveStore } from "./store.js";
-import {
-  drawPlaces, drawSurface, dropSurface, lightSurface, linkSurfacePrograms, makeSurface,
-} from "./surface.js";
+import { drawPlaces, drawSurfaces, lightSurface } from "./surface.js";
 import { drawSurroundings, keepSurroundings } from "./surroundings.js";
+import { ToolBox } from "./tools.js";
 
 /** Stands for a scene without lights, which is drawn black. @type {PointLight} */
 const DARK = { place: [0, 0, 1], intensity: [0, 0, 0], index: 0, degrees: 0 };
@@ -52,17 +52,6 @@ const DARK = { place: [0, 0, 1], intensity: [0, 0, 0], index: 0, degrees: 0 };
 let canvas = null;
 /** @type {Context|null} */
 let context = null;
-/**
- * Resources that all materials share, made at the first drawing: programs, and the surface as the
- * frames (`small`), the centre (`large`) and the exposure meter (`metering`) see it.
- * @type {{pens: SurfacePrograms, dark: Linked[], backdrop: Linked, meter: Meter, metering: Surface,
- *   small: Surface, large: Surface}|null}
- */
-let tools = null;
-/** The mesh on the GPU. @type {{path: string, geometry: Geometry}|null} */
-let object = null;
-/** Path of the mesh that is being loaded; empty if none. */
-let loading = "";
 /**
  * Keys of what the surfaces show, of the places on lit spheres and the lights on them, and of what
  * exposures were measured for.
@@ -75,14 +64,18 @@ let meteredKey = "";
 let liveGeneration = "";
 /** True if an animation frame is requested. */
 let requested = false;
-/** Delay before a failed request is repeated. */
-const AGAIN_MS = 5000;
 /** True while materials are being compiled. */
 let makingMaterials = false;
 const resolution = new AdaptiveResolution();
 const shadows = new ShadowTexture(schedule);
 const cache = new MaterialCache(schedule);
 const painted = new PaintedSurfaces();
+const meshes = new Meshes(schedule);
+const others = new OtherParts(schedule);
+const toolBox = new ToolBox((gl, surface) => {
+  painted.drop(gl, surface);
+  others.drop(gl, surface);
+});
 const means = new MeanLights(schedule);
 const draftMaterial = new DraftMaterial(schedule);
 
@@ -126,8 +119,9 @@ export function attachCanvas(element) {
 
 /** Drops everything that was created in a lost context. */
 function dropResources() {
-  tools = null;
-  object = null;
+  toolBox.lose();
+  meshes.lose();
+  others.lose();
   drawnKey = "";
   placedKey = "";
   litKey = "";
@@ -156,63 +150,6 @@ function openOnce() {
     resolution.aimAt(interval);
     begin();
   });
-}
-
-/** Loads a mesh. @param {WebGL2RenderingContext} gl @param {string} path */
-async function load(gl, path) {
-  loading = path;
-  try {
-    const geometry = await loadGeometry(gl, path);
-    if (!gl.isContextLost()) {
-      if (object) dropGeometry(gl, object.geometry);
-      object = { path, geometry };
-    }
-  } catch {
-    // The server's pictures stay visible meanwhile.
-    await new Promise((done) => setTimeout(done, AGAIN_MS));
-  }
-  if (loading === path) loading = "";
-  schedule();
-}
-
-/**
- * Sizes the buffers, and recreates the surfaces whose size has changed.
- * @param {WebGL2RenderingContext} gl
- * @param {Scene} scene
- */
-function prepare(gl, scene) {
-  if (!canvas) return null;
-  // A texture holds the light on the large frame from each light, one below the other.
-  const slots = Math.max(1, Math.min(LIGHTS, scene.lights?.length ?? 1));
-  const layout = layOut(
-    canvas,
-    liveStore.lightMoving.value || sceneStore.draggedPose.value ? resolution.ratio : 1,
-    gl.getParameter(gl.MAX_TEXTURE_SIZE) / slots,
-  );
-  if (!layout) return null;
-  if (canvas.width !== layout.width || canvas.height !== layout.height) {
-    canvas.width = layout.width;
-    canvas.height = layout.height;
-  }
-  Object.assign(canvas.style, layout.css);
-  tools ??= {
-    pens: linkSurfacePrograms(gl),
-    dark: linkDark(gl),
-    backdrop: linkBackdrop(gl),
-    meter: makeMeter(gl),
-    metering: makeSurface(gl, METER_SIDE, LIGHTS * METER_ANGLES),
-    small: makeSurface(gl, layout.small, slots),
-    large: makeSurface(gl, layout.large, slots),
-  };
-  for (const name of /** @type {const} */ (["small", "large"])) {
-    if (tools[name].side === layout[name] && tools[name].slots === slots) continue;
-    painted.drop(gl, tools[name]);
-    dropSurface(gl, tools[name]);
-    tools[name] = makeSurface(gl, layout[name], slots);
-    drawnKey = "";
-  }
-  // Without enough memory nothing is drawn.
-  return tools.small.whole && tools.large.whole ? { layout, ...tools } : null;
 }
 
 /** Publishes which frames are drawn live; hides the canvas if none is. @param {Set<Cell>} cells */
@@ -273,6 +210,19 @@ function followOnServer(scene, degrees) {
 }
 
 /**
+ * Gain of the film for a frame.
+ * @param {Scene} scene
+ * @param {Material} material
+ * @param {number} strength of the lights
+ * @param {number|null} decided by a ground, for lights of strengths near 1
+ */
+function gainOf({ film: { exposure } }, material, strength, decided) {
+  if (exposure !== "auto") return 2 ** exposure;
+  if (decided !== null) return decided / strength;
+  return material.painted ? 1 : material.gain / strength;
+}
+
+/**
  * One animation frame: brings surface, light, exposures and materials up to date, each only if what
  * it depends on has changed, and draws the materials that are ready.
  * @param {number} now milliseconds
@@ -300,26 +250,32 @@ function frame(now) {
   const environment = liveStore.environment.value;
   if (!environment || !CELLS.some((cell) => isLiveDrawn(individualSeenIn(cell))))
     return followOnServer(scene, degrees);
-  const path = meshPath(scene, "geometry");
-  if (object?.path !== path) {
-    if (loading !== path) void load(gl, path);
-    return showLive(new Set());
-  }
+  const paths = partPaths(scene);
+  const geometries = meshes.all(gl, paths);
+  if (!geometries || !canvas) return showLive(new Set());
   // Time spent on compiling materials does not count as drawing.
-  if (!(liveStore.lightMoving.value || sceneStore.draggedPose.value) || makingMaterials)
-    resolution.pause();
+  const adapts = liveStore.lightMoving.value || sceneStore.draggedPose.value !== null;
+  if (!adapts || makingMaterials) resolution.pause();
   else if (resolution.step(now)) drawnKey = "";
-  const prepared = prepare(gl, scene);
-  if (!prepared) return showLive(new Set());
-  const { layout, pens, dark, backdrop, meter, metering, small, large } = prepared;
-  const { geometry } = object;
+  const tools = toolBox.prepare(gl, canvas, scene, adapts ? resolution.ratio : 1);
+  if (!tools) return showLive(new Set());
+  if (tools.isNew) drawnKey = "";
+  const { layout, pens, dark, backdrop, meter } = tools;
+  const [[small], [large], [metering]] = [tools.small, tools.large, tools.metering];
+  const [geometry] = geometries;
   const pose = sceneStore.draggedPose.value ?? { rotation: rotationOf(scene), scale: scene.scale };
-  const view = viewOf(scene.camera, geometry.extent, pose);
+  const stage = stageOf(scene, pose, geometries);
+  const view = viewOf(scene.camera, geometry.extent, pose, stage);
   const tangents = scene.tangents ?? "vertex";
-  const key = JSON.stringify([path, tangents, scene.camera, pose.rotation, pose.scale]);
+  const parts = geometries.map((own, part) => ({
+    geometry: own,
+    tangents,
+    place: stage.places[part],
+  }));
+  const key = JSON.stringify([paths, tangents, scene.camera, pose.rotation, pose.scale, stage]);
   if (key !== drawnKey) {
-    for (const surface of [metering, small, large])
-      drawSurface(gl, pens, surface, { geometry, tangents }, view);
+    for (const surfaces of [tools.small, tools.large, tools.metering, tools.ground])
+      if (surfaces.length > 0) drawSurfaces(gl, pens, surfaces, parts, view);
     drawnKey = key;
     placedKey = "";
     litKey = "";
@@ -369,7 +325,7 @@ function frame(now) {
   const learning =
     !sceneStore.draggedPose.value &&
     [small, large].map((surface) => readLitCells(gl, surface)).includes(true);
-  for (const surface of [small, large]) updateLitCells(gl, surface.parts, lights);
+  for (const surface of [small, large]) updateLitCells(gl, surface.litCells, lights);
   const lightsKey = JSON.stringify([
     key,
     all.map((light) => [light.place, light.intensity.map(Math.fround)]),
@@ -403,13 +359,26 @@ function frame(now) {
     .filter((one) => one !== null)
     .filter(isLiveDrawn);
   makingMaterials = cache.work(gl, resting ? [] : first, making);
-  const exposure = scene.film.exposure;
+  const widest = Math.max(...geometries.map(({ within }) => within));
+  if (others.work(gl, scene, { ...making, within: widest })) makingMaterials = true;
   const materials = squares.flatMap((square) => {
     const of = individualSeenIn(square.cell);
     const edited = square.cell === "centre" && of?.id === draft?.of.id && draftMaterial.drawable(environment);
     const material = edited || (of && !resting && cache.drawable(of, environment));
     return material ? [{ ...square, material }] : [];
   });
+  const shared = {
+    key: JSON.stringify([key, unknown ? "" : shade, materialsOf(scene)]),
+    lightsAt: (/** @type {number} */ at) => normalizedLights(lightsAt(at), strength),
+    angles,
+  };
+  const follows = sceneStore.draggedPose.value !== null || sceneStore.draggedScene.value !== null;
+  const beside = hasOthers(scene) ? others.prepare(gl, scene, tools, shared, follows) : null;
+  if (hasOthers(scene) && !beside) {
+    showLive(new Set());
+    publishLight(scene, geometry.extent, degrees);
+    return schedule();
+  }
   // All frames have one light: none is drawn under a moved light before all can be.
   if (isLightMoved() && materials.length < layout.squares.filter(mayBeDrawn).length) {
     showLive(new Set());
@@ -429,27 +398,48 @@ function frame(now) {
     painted.prepare(
       gl,
       surface,
-      { key, mesh: { geometry, tangents }, view },
+      { key, mesh: parts[surface.part], view },
       { key: JSON.stringify([under, unknown ? "" : shade]), lights: under, angles },
     );
   if (paintLights)
     for (const { cell, material } of materials)
       if (material.painted) paintOf(surfaceOf(cell), paintLights);
+  /** @param {Cell} cell */
+  const surfacesOf = (cell) => (cell === "centre" ? tools.large : tools.small);
+  if (beside && paintLights) {
+    const light = {
+      key: JSON.stringify([shared.key, degrees, all]),
+      lights: shared.lightsAt(degrees),
+      angles,
+      paint: (/** @type {Surface} */ surface) => paintOf(surface, paintLights),
+      paintLights,
+    };
+    for (const surfaces of new Set(materials.map(({ cell }) => surfacesOf(cell))))
+      if (!others.shade(gl, tools, surfaces, beside.materials, light)) return showLive(new Set());
+  }
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
   gl.clearColor(0, 0, 0, 0);
   gl.clear(gl.COLOR_BUFFER_BIT);
   for (const { cell, corner, material } of materials) {
     const surface = surfaceOf(cell);
+    const decided = beside?.gains?.gainAt(degrees) ?? null;
     const where = {
       corner,
-      gain: exposure === "auto" ? material.gain / strength : 2 ** exposure,
+      gain: gainOf(scene, material, strength, decided),
       tone: toneNumber(scene.film.tone),
       marks: pageStore.clippingShown.value,
+      adds: beside !== null,
     };
+    if (beside) {
+      others.copy(gl, surfacesOf(cell), { ...where, gain: where.gain * strength });
+      gl.enable(gl.BLEND);
+      gl.blendFunc(gl.ONE, gl.ONE);
+    }
     if (material.painted && paintLights)
       drawPainted(gl, material.linked, surface, paintOf(surface, paintLights), paintLights, corner);
     else drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
+    gl.disable(gl.BLEND);
     drawBackdrop(gl, backdrop, scene, material.spheres, { ...where, side: surface.side });
   }
   const cells = new Set(materials.map(({ cell }) => cell));
@@ -460,7 +450,8 @@ function frame(now) {
     liveGeneration = generation.id;
     publishLight(scene, geometry.extent, degrees);
   }
-  if (makingMaterials || makingDraft || learning || liveStore.lightMoving.value) schedule();
+  if (makingMaterials || makingDraft || learning || beside?.measures || liveStore.lightMoving.value)
+    schedule();
 }
 
 /** Draws whenever something visible has changed. */

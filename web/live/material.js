@@ -7,7 +7,7 @@
  * @import { PointLight } from "./camera.js"
  * @import { Spheres } from "./spheres.js"
  */
-import { FILM } from "./film.js";
+import { DEVELOPED, FILM } from "./film.js";
 import { drawLitCells } from "./lit_cells.js";
 import { paintedFragment } from "./paint.js";
 import {
@@ -61,9 +61,10 @@ const NO_LIGHT = `
  * cos_i 0.
  * @param {string} evolved the exported functions
  * @param {number} lights 0 for pixels that no light reaches
- * @param {boolean} surrounded true if there are environments
+ * @param {{surrounded?: boolean, linear?: boolean}} how `surrounded`: true if there are
+ *   environments; `linear`: true for radiance instead of the colours of the film
  */
-const fragment = (evolved, lights, surrounded) => `#version 300 es
+const fragment = (evolved, lights, { surrounded, linear }) => `#version 300 es
 ${evolved}
 precision highp sampler2D;
 uniform sampler2D seen;
@@ -73,37 +74,25 @@ uniform int side;
 uniform int first;
 uniform vec3 intensities[${Math.max(1, lights)}];
 ${surrounded ? "uniform sampler2D surroundings;\nuniform float around;" : ""}
-uniform float gain;
-uniform bool marks;
 out vec4 color;
-${FILM}
+${linear ? "" : FILM + DEVELOPED}
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
   ${lights > 0 ? lighting(lights) : NO_LIGHT}
   ${surrounded ? "radiance += around * texelFetch(surroundings, at, 0).rgb;" : ""}
-  vec3 shown = toned(radiance * gain);
-  vec3 code = srgb(shown);
-  // Diagonal stripes as in marks.js: two colours, then two transparent ones.
-  int stripe = ((int(gl_FragCoord.x) + 8192 - int(gl_FragCoord.y)) & 7) >> 1;
-  float strongest = max(shown.r, max(shown.g, shown.b));
-  bool marked = marks && coverage == 1.0;
-  bool burnt = marked && strongest > 1.0;
-  bool black = marked && max(code.r, max(code.g, code.b)) < 0.5 / 255.0;
-  code = mix(code, stripe == 0 ? vec3(1.0, 0.0, 0.7) : vec3(0.0), bvec3(burnt && stripe < 2));
-  code = mix(code, vec3(0.2, 0.55, 1.0), bvec3(black && stripe == 0));
-  color = vec4(code, 1.0) * coverage;
+  color = vec4(${linear ? "radiance" : "developed(toned(radiance * gain), coverage)"}, 1.0) * coverage;
 }`;
 
 /** True if exported code is that of a painted material. @param {string} source */
 export const isStyle = (source) => source.includes("vec3 styled(");
 
 /**
- * @typedef {{linked: Linked, painted: boolean, lights: number, spheres: Spheres|null, state:
- *   "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number, fence:
- *   WebGLSync|null, pixels: WebGLBuffer|null}} Material
- *   `painted`: true if it has colours, not a BRDF, and no exposure. `spheres`: null without
- *   environments. `state`: the shader is being compiled, the exposure is being measured, done, or
- *   the driver rejected the shader. `drawable`: true from the first
+ * @typedef {{linked: Linked, painted: boolean, metered: boolean, lights: number, spheres:
+ *   Spheres|null, state: "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number,
+ *   fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
+ *   `painted`: true if it has colours, not a BRDF. `metered`: true if it has an exposure.
+ *   `spheres`: null without environments. `state`: the shader is being compiled, the exposure is
+ *   being measured, done, or the driver rejected the shader. `drawable`: true from the first
  *   measurement on. `gain`: of automatic exposure. `fence`, `pixels`: of the measurement while it
  *   runs.
  *
@@ -121,16 +110,18 @@ export const isStyle = (source) => source.includes("vec3 styled(");
  * @param {string} source the exported functions
  * @param {number} lights number of lights of the scene; of a painted material, of the functions
  * @param {Spheres|null} spheres the material in the environments of the scene
+ * @param {boolean} [linear] true to draw linear light instead of colours of the film
  * @returns {Material}
  */
-export function makeMaterial(gl, source, lights, spheres) {
+export function makeMaterial(gl, source, lights, spheres, linear = false) {
   const painted = isStyle(source);
   const text = painted
-    ? paintedFragment(source, lights)
-    : fragment(source, lights, spheres !== null);
+    ? paintedFragment(source, lights, linear)
+    : fragment(source, lights, { surrounded: spheres !== null, linear });
   return {
     linked: link(gl, OUTLINED, text),
     painted,
+    metered: !(painted || linear),
     lights,
     spheres,
     state: "linking",
@@ -148,7 +139,7 @@ export function makeMaterial(gl, source, lights, spheres) {
  */
 export const linkDark = (gl) =>
   [false, true].map((surrounded) =>
-    linkNow(gl, OUTLINED, fragment("precision highp float;", 0, surrounded)),
+    linkNow(gl, OUTLINED, fragment("precision highp float;", 0, { surrounded })),
   );
 
 /** Key of the environments of a material; empty without. @param {Material} of */
@@ -212,18 +203,20 @@ function bindLook(gl, linked, { surface, lights, around }, spheres) {
 
 /**
  * Draws a material into the square at a corner of the present framebuffer. Its surroundings are
- * drawn by then. Once the lit cells are known, only these are shaded by lights.
+ * drawn by then. Once the lit cells are known, only these are shaded by lights. If colours are
+ * added to those of other objects, lit cells must not add their coverage again.
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Linked[]} dark
  * @param {Look} look
- * @param {{corner: [number, number], gain: number, tone: number, marks: boolean}} where `corner`:
- *   lower left in pixels; `gain`, `tone`: of the film; `marks`: true to mark burnt-out and black
- *   pixels
+ * @param {{corner: [number, number], gain: number, tone: number, marks: boolean, adds: boolean}}
+ *   where `corner`: lower left in pixels; `gain`, `tone`: of the film; `marks`: true to mark
+ *   burnt-out and black pixels; `adds`: true if what is drawn is added to the framebuffer
  */
-export function drawMaterial(gl, of, dark, look, { corner, gain, tone, marks }) {
+export function drawMaterial(gl, of, dark, look, { corner, gain, tone, marks, adds }) {
   const { surface } = look;
-  const known = surface.parts.cells !== null;
+  // What is drawn without light must be black where it is added to.
+  const known = surface.litCells.cells !== null && !(adds && (marks || of.spheres));
   /** @param {Linked} linked @param {PointLight[]} lights */
   const ready = (linked, lights) => {
     bindLook(gl, linked, { ...look, lights }, of.spheres);
@@ -237,7 +230,9 @@ export function drawMaterial(gl, of, dark, look, { corner, gain, tone, marks }) 
   drawWithin(gl, surface);
   if (!known) return;
   ready(of.linked, look.lights);
+  gl.colorMask(true, true, true, !adds);
   drawLitCells(gl, surface, corner);
+  gl.colorMask(true, true, true, true);
 }
 
 /**
@@ -302,10 +297,18 @@ export function autoGain(pixels) {
     // Pixels without light do not count.
     if (largest > 0) lit.push(largest / (pixels[k + 3] * METER_SLOPE * METER_GAIN));
   }
-  if (lit.length === 0) return 1;
+  const level = percentileOf(lit);
+  return level === null ? 1 : METER_LEVEL / level;
+}
+
+/**
+ * The level that automatic exposure measures; null if there is no light.
+ * @param {number[]} lit levels of the lit pixels
+ */
+export function percentileOf(lit) {
   lit.sort((a, b) => a - b);
   const level = lit[Math.ceil(METER_SHARE * lit.length) - 1];
-  return level < 1e-8 ? 1 : METER_LEVEL / level;
+  return level === undefined || level < 1e-8 ? null : level;
 }
 
 /**
@@ -324,7 +327,7 @@ export function advance(gl, of, scene) {
       of.state = "refused";
       return true;
     }
-    if (of.painted) {
+    if (!of.metered) {
       of.drawable = true;
       of.state = "ready";
       return true;
@@ -351,7 +354,7 @@ export function advance(gl, of, scene) {
  * @param {Material} of
  */
 export function remeter(gl, of) {
-  if (of.painted || (of.state !== "ready" && of.state !== "metering")) return;
+  if (!of.metered || (of.state !== "ready" && of.state !== "metering")) return;
   if (of.fence) gl.deleteSync(of.fence);
   of.fence = null;
   of.state = "linking";

@@ -24,20 +24,25 @@ const AGAIN_MS = 5000;
 /**
  * @typedef {{source: string|null, within: number, lights: number, file: ArrayBuffer|null,
  *   environment: string, material: Material|null, fetching: boolean, failed: boolean, hasFailed:
- *   boolean, used: number}}
+ *   boolean, refused: boolean, used: number}}
  *   Entry `source`: GLSL; `within`, `lights`: bound on the texture coordinates, and number of
  *   lights of painted materials, for which it was generated;
  *   `file`: lit spheres in the environments of the key `environment`, which the material may not
  *   have yet; `failed`: the server refused
- *   the request or could not be reached a moment ago; `hasFailed`: nothing has come since; `used`:
- *   time of the last use, in calls of `work`.
+ *   the request or could not be reached a moment ago; `hasFailed`: nothing has come since;
+ *   `refused`: the server refused the request; `used`: time of the last use, in calls of `work`.
  *
  * @typedef {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment:
  *   Environment, together: number, painting: number}}
  *   Making `look`: where exposure is measured; `within`: bound on the object's texture coordinates;
  *   `together`: number of shaders compiled at a time; `painting`: number of lights of painted
  *   materials, 0 if these cannot be drawn
+ *
+ * @typedef {Pick<Individual, "id"|"hash">} Source What the code of a material is requested for
  */
+
+/** Path of the code of an individual, without a query. @param {Source} of */
+const ofIndividual = ({ id }) => `/v1/individuals/${id}/exports/glsl-es-300?`;
 
 /** True if an entry is known to be a painted material. @param {Entry} entry */
 const isPaintedEntry = ({ source }) => source !== null && isStyle(source);
@@ -50,15 +55,23 @@ export class MaterialCache {
   /** As in `Making`. */
   #painting = 0;
   #changed;
+  #pathOf;
+  #linear;
 
-  /** @param {() => void} changed is called when something has arrived */
-  constructor(changed) {
+  /**
+   * @param {() => void} changed is called when something has arrived
+   * @param {{pathOf?: (of: Source) => string, linear?: boolean}} [how] `pathOf`: the address of
+   *   the code, default: of individuals; `linear`: true to draw linear light
+   */
+  constructor(changed, { pathOf = ofIndividual, linear = false } = {}) {
     this.#changed = changed;
+    this.#pathOf = pathOf;
+    this.#linear = linear;
   }
 
   /**
    * The material of an individual if it can be drawn in these environments, else null.
-   * @param {Individual} of
+   * @param {Source} of
    * @param {Environment} environment
    */
   drawable(of, { key }) {
@@ -67,7 +80,13 @@ export class MaterialCache {
     return material?.drawable && fits ? material : null;
   }
 
-  /** True if the server or the driver refused the material. @param {Individual} of */
+  /** True if a material can never be drawn. @param {Source} of */
+  isUnknown(of) {
+    const entry = this.#entries.get(of.hash);
+    return entry !== undefined && (entry.refused || entry.material?.state === "refused");
+  }
+
+  /** True if the server or the driver refused the material. @param {Source} of */
   isRefused(of) {
     const entry = this.#entries.get(of.hash);
     if (entry && isPaintedEntry(entry) && this.#painting === 0) return true;
@@ -77,7 +96,7 @@ export class MaterialCache {
   /**
    * Prepares wanted materials in order, few at a time, so that the page stays responsive.
    * @param {WebGL2RenderingContext} gl
-   * @param {Individual[]} wanted
+   * @param {Source[]} wanted
    * @param {Making} scene
    * @returns {boolean} true if there is more to do
    */
@@ -125,7 +144,7 @@ export class MaterialCache {
       }
       const spheres = entry.file && makeSpheres(gl, entry.file, entry.environment);
       if (material) replaceSpheres(gl, material, spheres);
-      else entry.material = makeMaterial(gl, entry.source, lights, spheres);
+      else entry.material = makeMaterial(gl, entry.source, lights, spheres, this.#linear);
     }
     this.#forget(gl);
     return busy > 0;
@@ -159,6 +178,7 @@ export class MaterialCache {
       fetching: false,
       failed: false,
       hasFailed: false,
+      refused: false,
       used: 0,
     };
     this.#entries.set(hash, entry);
@@ -171,7 +191,7 @@ export class MaterialCache {
     entry.material = null;
   }
 
-  /** @param {Individual} of @param {Entry} entry @param {Making} scene */
+  /** @param {Source} of @param {Entry} entry @param {Making} scene */
   async #fetch(of, entry, { within, environment, painting }) {
     entry.fetching = true;
     entry.within = within;
@@ -180,7 +200,7 @@ export class MaterialCache {
     try {
       entry.hasFailed = false;
       entry.source ??= await getText(
-        `/v1/individuals/${of.id}/exports/glsl-es-300?uv_within=${within}&lights=${entry.lights}`,
+        `${this.#pathOf(of)}uv_within=${within}&lights=${entry.lights}`,
       );
       const sceneId = sceneStore.scene.peek()?.id;
       if (environment.key !== "" && sceneId && !isStyle(entry.source)) {
@@ -199,7 +219,7 @@ export class MaterialCache {
           entry.failed = false;
           this.#changed();
         }, AGAIN_MS);
-      }
+      } else entry.refused = true;
     }
     entry.fetching = false;
     this.#fetching -= 1;

@@ -9,12 +9,14 @@
  *
  * @import { PaintLight } from "./paint_lights.js"
  * @import { Linked } from "./program.js"
- * @import { Mesh, Surface } from "./surface.js"
+ * @import { Mesh } from "./raster.js"
+ * @import { Surface } from "./surface.js"
  * @import { View } from "./camera.js"
  */
 import { OUTLINED, linkNow, read, uniformLocation } from "./program.js";
 import { REACHED, angleOf } from "./shadows.js";
-import { NEAREST_FOUND, OUTWARDS, VERTEX, bindView, drawMesh, drawWithin, drawsInto } from "./surface.js";
+import { NEAREST_FOUND, drawWithin } from "./surface.js";
+import { OUTWARDS, VERTEX, bindView, drawMesh, drawsInto } from "./raster.js";
 import { texture } from "./texture.js";
 
 // Halves suffice: gradients only widen edges.
@@ -111,7 +113,8 @@ void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
   vec3 p = texelFetch(point, here, 0).xyz;
   vec3 n = texelFetch(normal, here, 0).xyz;
-  vec3 x = texelFetch(tangent, here, 0).xyz;
+  vec4 u = texelFetch(tangent, here, 0);
+  vec3 x = u.xyz;
   vec4 a = texelFetch(low, here, 0);
   vec4 b = texelFetch(middle, here, 0);
   vec4 c = texelFetch(high, here, 0);
@@ -124,15 +127,20 @@ void main() {
   vec2 cosine_change = vec2(dot(a.xyz, l), dot(vec3(a.w, b.xy), l));
   vec2 mirror_change = vec2(dot(vec3(b.zw, c.x), l), dot(c.yzw, l));
   cosines = vec4(cosine, mirror, min(length(cosine_change), 1.0), min(length(mirror_change), 1.0));
-  arriving = vec4(dot(l, x), dot(l, cross(n, x)), 1.0 / squared, reached_share(here));
+  arriving = vec4(dot(l, x), dot(l, cross(n, x)), 1.0 / squared, reached_share(point_of(here, u.w)));
 }`;
+
+/** GLSL: display values to linear light. */
+const LINEAR = `
+  code = mix(pow((code + 0.055) / 1.055, vec3(2.4)), code / 12.92, lessThanEqual(code, vec3(0.04045)));`;
 
 /**
  * Fragment shader from the textures to a pixel's colour.
  * @param {string} styled the exported functions
  * @param {number} lights
+ * @param {boolean} linear true for linear light instead of display values
  */
-export const paintedFragment = (styled, lights) => `#version 300 es
+export const paintedFragment = (styled, lights, linear) => `#version 300 es
 ${styled}
 precision highp sampler2D;
 uniform sampler2D seen;
@@ -158,7 +166,9 @@ void main() {
   vec3 e = vec3(s.xy, sqrt(max(0.0, 1.0 - dot(s.xy, s.xy))));
   StyledPoint here = StyledPoint(o.x, o.y, o.z, o.w, e, s.zw);
   StyledLight[${lights}] all = StyledLight[${lights}](${Array.from({ length: lights }, (_, k) => `lightAt(at, ${k})`).join(", ")});
-  color = vec4(styled(here, all), 1.0) * texelFetch(normal, at, 0).w;
+  vec3 code = styled(here, all);
+  ${linear ? LINEAR : ""}
+  color = vec4(code, 1.0) * texelFetch(normal, at, 0).w;
 }`;
 
 /**
@@ -238,7 +248,7 @@ export class PaintedSurfaces {
  * @param {number} slots
  * @returns {Paint}
  */
-function makePaint(gl, { side, depth }, slots) {
+function makePaint(gl, { side, raster: { depth } }, slots) {
   const slopes = [0, 1, 2].map(() => texture(gl, gl.RGBA16F, side));
   const changes = [0, 1, 2].map(() => texture(gl, gl.RGBA16F, side));
   const own = texture(gl, gl.RGBA32F, side);
@@ -280,7 +290,8 @@ function drawStanding(gl, pen, into, surface, view) {
   const [point, normal] = surface.found;
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffers[1]);
   gl.viewport(0, 0, surface.side, surface.side);
-  read(gl, pen, { places: surface.layers[0], point, normal, first, second, third });
+  read(gl, pen, { places: surface.raster.layers[0], point, normal, first, second, third });
+  gl.uniform1f(uniformLocation(gl, pen, "number"), surface.part + 1);
   bindView(gl, pen, view);
   drawWithin(gl, surface);
 }

@@ -32,9 +32,14 @@ bool reached_at(ivec2 at) {
     + uvec4(lessThanEqual(pairs >> 16, uvec4(angle)));
   return ((passed.x + passed.y + passed.z + passed.w) & 1u) == 1u;
 }
+// The pixel of a shading point, as the geometry buffer has it.
+ivec2 point_of(ivec2 here, float step) {
+  int all = int(step) + 4;
+  return here + ivec2(all % 3, all / 3) - 1;
+}
 bool reached(ivec2 here) {
   int size = textureSize(angles, 0).x;
-  return reached_at(ivec2(here.x * size / side, here.y * size / side));
+  return reached_at((2 * here + 1) * size / (2 * side));
 }
 // Share of a pixel that a light reaches, where there are more angles than pixels.
 float reached_share(ivec2 here) {
@@ -42,7 +47,8 @@ float reached_share(ivec2 here) {
   int across = clamp((size + side / 2) / side, 1, 4);
   float sum = 0.0;
   for (int k = 0; k < across * across; k++) {
-    ivec2 at = (here * across + ivec2(k % across, k / across)) * size / (side * across);
+    ivec2 at = here * across + ivec2(k % across, k / across);
+    at = (2 * at + 1) * size / (2 * side * across);
     sum += reached_at(at) ? 1.0 : 0.0;
   }
   return sum / float(across * across);
@@ -57,9 +63,13 @@ export const angleOf = (degrees) => Math.floor(((((degrees % 360) + 360) % 360) 
  */
 export function shadowKey(scene) {
   if (!scene.shadows) return "";
-  const { mesh, rotation_deg, scale, camera, tangents, sphere_pole } = scene;
+  const { mesh, rotation_deg, scale, camera, tangents, sphere_pole, ground } = scene;
   const places = (scene.lights ?? []).map(({ position }) => position ?? null);
-  return JSON.stringify([mesh, rotation_deg, scale, camera, tangents, sphere_pole, places]);
+  const others = (scene.objects ?? []).map(({ material, ...place }) => place);
+  const height = ground ? (ground.height ?? "lowest") : null;
+  return JSON.stringify([
+    [mesh, rotation_deg, scale, camera, tangents, sphere_pole], places, others, height,
+  ]);
 }
 
 /**

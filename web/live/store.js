@@ -9,7 +9,7 @@
 import { computed, signal } from "../vendor/signals-core.js";
 import { loadSetting } from "../page/memory.js";
 import { sceneStore } from "../scene/store.js";
-import { isDrawable } from "./camera.js";
+import { isDrawable, materialsOf } from "./camera.js";
 import {
   NO_ENVIRONMENT, isTurnedAsWhole, isTurning, restingEnvironment, turningEnvironment,
 } from "./spheres.js";
@@ -69,10 +69,18 @@ class LiveStore {
     return rests ? confirmed : null;
   });
 
+  /**
+   * Names of materials of other objects that the server or the driver refused. @type
+   * {Signal<Set<string>>}
+   */
+  refusedMaterials = signal(new Set());
+
   /** True if the scene is one that can be drawn live. @type {Signal<boolean>} */
   sceneDrawable = computed(() => {
     const scene = sceneStore.editedScene.value;
-    return scene === null || (isDrawable(scene) && this.environment.value !== null);
+    if (scene === null) return true;
+    const refused = materialsOf(scene).some((name) => this.refusedMaterials.value.has(name));
+    return isDrawable(scene) && !refused && this.environment.value !== null;
   });
 
   /** True if the edited centre is the server's picture: its material has no lit spheres. */

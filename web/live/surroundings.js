@@ -7,7 +7,8 @@
  * @import { Surface, SurfacePrograms } from "./surface.js"
  */
 import { read } from "./program.js";
-import { drawWithin, drawsInto } from "./surface.js";
+import { drawsInto } from "./raster.js";
+import { drawWithin } from "./surface.js";
 import { texture } from "./texture.js";
 
 /**

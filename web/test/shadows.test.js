@@ -33,4 +33,10 @@ test("shadows depend on places, not on strengths or the present angle", () => {
   assert.notEqual(shadowKey({ ...scene, lights: [{}] }), shadowKey(scene));
   assert.notEqual(shadowKey({ ...scene, rotation_deg: [0, 9, 0] }), shadowKey(scene));
   assert.equal(shadowKey({ ...scene, shadows: false }), "");
+  const objects = [{ scale: 0.5, material: "gold" }];
+  const beside = shadowKey({ ...scene, objects, ground: {} });
+  assert.notEqual(beside, shadowKey({ ...scene, objects }));
+  const grey = [{ scale: 0.5 }];
+  assert.equal(shadowKey({ ...scene, objects: grey, ground: { material: "gold" } }), beside);
+  assert.notEqual(shadowKey({ ...scene, objects: grey, ground: { height: 0 } }), beside);
 });

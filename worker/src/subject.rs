@@ -7,11 +7,12 @@ use brood_brdf::{Brdf, Model, ModelKind};
 use brood_eval::{Developed, Gain};
 use brood_inspect::{LinearImage, Shade, Shot};
 use brood_light::LightAssets;
+use brood_mesh::Mesh;
 use brood_program::Program;
 use brood_protocol::{
     Aspect, Frame, MeshSource, PictureFormat, PictureKey, RenderedPicture, Subject, TargetSource,
 };
-use brood_scene::{Exposure, LitAngles, PictureSize, PixelArea, Raster, SampleSet};
+use brood_scene::{Exposure, LitAngles, PictureSize, PixelArea, Raster, SampleSet, Stage};
 use brood_target::{KnownView, PixelStatus};
 
 use crate::encoded_picture::EncodedPicture;
@@ -65,7 +66,7 @@ impl Renderer {
                     let mut pictures = self.encoded(&frame, mesh, &[program])?;
                     pictures.pop().expect("one picture per program")
                 }
-                (Subject::Scene, _) => Self::lit_angles(frame, mesh)?,
+                (Subject::Scene, _) => self.lit_angles(frame, mesh)?,
                 (Subject::Target(..) | Subject::Matched(..), None) => {
                     return Err(RenderError::NoTarget);
                 }
@@ -76,7 +77,7 @@ impl Renderer {
     }
 
     /// Finds the angles at which the lights of a scene reach its points.
-    fn lit_angles(frame: &Frame, mesh: &LoadedMesh) -> Result<EncodedPicture, RenderError> {
+    fn lit_angles(&self, frame: &Frame, mesh: &LoadedMesh) -> Result<EncodedPicture, RenderError> {
         let scene = frame.scene()?;
         scene.validate()?;
         let PictureSize { width, height } = frame.size_px;
@@ -85,7 +86,10 @@ impl Renderer {
                 "lit angles need a square of their format".to_owned(),
             ));
         }
-        Ok(EncodedPicture::angles(&LitAngles::trace(&scene, mesh.mesh(), width)))
+        let others = self.objects(frame, &scene)?;
+        let meshes: Vec<&Mesh> = others.iter().map(|other| other.mesh()).collect();
+        let stage = Stage::new(&scene, mesh.mesh(), &meshes);
+        Ok(EncodedPicture::angles(&LitAngles::trace(&scene, stage, width)))
     }
 
     /// Renders the absolute difference of two programs. The frame must have a fixed exposure.

@@ -171,6 +171,12 @@ impl FrameChange {
     pub fn length(&self, length: f64) -> f64 {
         length * self.ratio
     }
+
+    /// Returns the centre of the first object in the frame of the second.
+    #[must_use]
+    pub fn centre(&self) -> DVec3 {
+        self.origin
+    }
 }
 
 /// Orthonormal frame of a surface point: x is the tangent, y is n x u, z is the normal.

@@ -188,9 +188,9 @@ impl Scene {
         Self { camera, lights, film, backdrop, ..Self::default() }
     }
 
-    /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same object, camera, and
+    /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same objects, camera, and
     /// positions of lights, and defaults for everything else; `None` if there is none: without
-    /// shadows, with other lights than point lights, or with other objects.
+    /// shadows, or with other lights than point lights.
     #[must_use]
     pub fn for_angles(&self) -> Option<Self> {
         let position = |light: &Light| match light {
@@ -201,9 +201,17 @@ impl Scene {
         };
         let lights: Option<Vec<Light>> = self.lights.iter().map(position).collect();
         let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
-        let scene = Self { lights: lights?, light_deg: 0.0, film, backdrop: None, ..self.clone() };
-        let has_angles = self.shadows && !self.lights.is_empty() && !self.has_surroundings();
-        has_angles.then_some(scene)
+        let plain = |object: &SceneObject| SceneObject { material: None, ..object.clone() };
+        let scene = Self {
+            lights: lights?,
+            light_deg: 0.0,
+            film,
+            backdrop: None,
+            objects: self.objects.iter().map(plain).collect(),
+            ground: self.ground.as_ref().map(|own| Ground { material: None, ..own.clone() }),
+            ..self.clone()
+        };
+        (self.shadows && !self.lights.is_empty()).then_some(scene)
     }
 
     /// Returns the largest number of samples of all lights at one shading point: the cost of a

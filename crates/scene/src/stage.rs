@@ -165,9 +165,10 @@ impl<'a> Stage<'a> {
         let Some(parts) = &self.parts else { return Vec::new() };
         let own = &parts[self.part].frame;
         let others = parts.iter().enumerate().filter(|(part, _)| *part != self.part);
-        let other = |(_, other): (usize, &Part<'a>)| Other {
-            tracer: other.mesh.tracer(),
-            change: own.to(&other.frame),
+        let other = |(_, other): (usize, &Part<'a>)| {
+            let back = other.frame.to(own);
+            let (change, radius) = (own.to(&other.frame), back.length(1.0));
+            Other { tracer: other.mesh.tracer(), change, centre: back.centre(), radius }
         };
         others.map(other).collect()
     }
@@ -194,12 +195,30 @@ fn lowest(mesh: &Mesh, scale: f64, rotation_deg: [f64; 3]) -> f64 {
 pub(crate) struct Other<'a> {
     tracer: &'a Tracer,
     change: FrameChange,
+    /// Bounding sphere.
+    centre: DVec3,
+    radius: f64,
 }
+
+/// Margin of bounding spheres, far above rounding errors.
+const SPHERE_MARGIN: f64 = 1e-6;
 
 impl Other<'_> {
     /// True if the part crosses a ray at a distance below `reach`, which may be infinite.
     pub fn is_hit(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
-        self.tracer.is_occluded(self.change.ray(ray), self.change.length(reach), stack)
+        self.may_be_hit(ray)
+            && self.tracer.is_occluded(self.change.ray(ray), self.change.length(reach), stack)
+    }
+
+    /// False if a ray misses the bounding sphere. Cheaper than to transform the ray.
+    fn may_be_hit(&self, ray: Ray) -> bool {
+        let to_centre = self.centre - ray.origin;
+        let (along, squared) = (to_centre.dot(ray.direction), to_centre.length_squared());
+        let margin = SPHERE_MARGIN * (squared + self.radius * self.radius);
+        let allowed = self.radius * self.radius + margin;
+        let beside = if along > 0.0 { squared - along * along } else { squared };
+        // Written as a negation, so that NaN counts as a hit.
+        !(beside > allowed)
     }
 }
 
@@ -247,7 +266,7 @@ impl Obstacles<'_> {
 
     /// True if something crosses a ray at a positive distance below `reach`, which may be infinite.
     #[inline]
-    fn is_occluded(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
+    pub fn is_occluded(&self, ray: Ray, reach: f64, stack: &mut Stack) -> bool {
         self.own.is_occluded(ray, reach, stack)
             || self.others.iter().any(|other| other.is_hit(ray, reach, stack))
     }

@@ -4,7 +4,7 @@ use std::ops::RangeInclusive;
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{Frame, PictureFormat, SceneId, Subject};
+use brood_protocol::{Frame, ObjectSource, PictureFormat, SceneId, Subject};
 use brood_scene::Sampling;
 use http::HeaderMap;
 use serde::Deserialize;
@@ -31,7 +31,7 @@ pub struct AnglesQuery {
 }
 
 /// Returns the angles on the light circle at which the point lights of a scene reach the points of
-/// its picture. Only of scenes with shadows and no other lights.
+/// its picture, on the nearest object. Only of scenes with shadows and no other lights.
 ///
 /// Little-endian: `broodang`, u32 version (1), u32 side, u32 lights, then for each light the pixels
 /// row by row from the bottom. A pixel is eight u16 in ascending order: the angles at which the
@@ -54,7 +54,11 @@ pub async fn get(
     let known = app.library.scene(id).await?;
     let words = "lit angles need a scene with shadows and point lights alone";
     let scene = known.scene.for_angles().ok_or_else(|| ApiError::refused(words))?;
+    // Shadows do not depend on materials.
+    let plain = |object: &ObjectSource| ObjectSource { mesh: object.mesh, words: Vec::new() };
+    let objects = known.objects.iter().map(plain).collect();
     let frame = Frame::new(&scene, known.mesh, side, Sampling::Fixed(1), (FORMAT, app.backend));
+    let frame = frame.with_objects(objects);
     let request = PictureRequest::own(frame, &Subject::Scene);
     let head = FileHead::of_picture(request.key(), content_type(FORMAT), REVALIDATED);
     head.made(&headers, app.pictures.get(request)).await

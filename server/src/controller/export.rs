@@ -65,14 +65,32 @@ pub struct ExportQuery {
 }
 
 impl ExportQuery {
-    /// Returns what the code must handle.
     fn within(&self) -> Result<Within, ApiError> {
-        let uv = self.uv_within.unwrap_or(RANGE);
-        if !(0.0..=RANGE).contains(&uv) {
-            return Err(ApiError::bad_parameter("uv_within", "must be 0 to 65504"));
-        }
-        Ok(Within { uv, lights: self.lights.unwrap_or(1) })
+        within(self.uv_within, self.lights)
     }
+}
+
+/// Options of the export of an object's material.
+#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialQuery {
+    /// Material as in the objects of scenes: the hash of a stored genome, or the name of a preset;
+    /// default: neutral grey.
+    material: Option<String>,
+    /// Largest absolute texture coordinate that the code must handle, 0 to 65504.
+    uv_within: Option<f32>,
+    /// Number of lights of the function of a painted material, 1 to 8; default 1.
+    lights: Option<usize>,
+}
+
+/// Returns what the code must handle.
+fn within(uv: Option<f32>, lights: Option<usize>) -> Result<Within, ApiError> {
+    let uv = uv.unwrap_or(RANGE);
+    if !(0.0..=RANGE).contains(&uv) {
+        return Err(ApiError::bad_parameter("uv_within", "must be 0 to 65504"));
+    }
+    Ok(Within { uv, lights: lights.unwrap_or(1) })
 }
 
 fn parse_format(name: &str) -> Result<Format, ApiError> {
@@ -110,6 +128,25 @@ pub async fn print(
     let text = app.processors.run(text).await??;
     let content_type = (header::CONTENT_TYPE, format.media_type());
     Ok(([content_type, (header::CACHE_CONTROL, "no-store")], text).into_response())
+}
+
+/// Returns the material of a scene's object as source code.
+#[utoipa::path(get, path = "/v1/exports/{format}", tag = "exports",
+    params(("format" = String, Path, description = "name of a format from `GET /v1/exports`"), MaterialQuery),
+    responses((status = 200, content_type = "text/plain"), (status = 304, description = "unchanged")))]
+pub async fn of_material(
+    State(app): State<App>,
+    Query(query): Query<MaterialQuery>,
+    Path(format): Path<String>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let (format, within) = (parse_format(&format)?, within(query.uv_within, query.lights)?);
+    let program = app.library.program_of(query.material.as_deref()).await?;
+    let print = move || brood_export::print(&program, format, within);
+    let text = app.processors.run(print).await?.map_err(refused)?;
+    let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
+    let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
+    Ok(head.answer(&headers, text))
 }
 
 /// Returns an individual as source code.

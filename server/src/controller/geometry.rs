@@ -38,7 +38,7 @@ pub struct TextureQuery {
 /// unit normals (3), unit tangents along u (3), texture coordinates (2); then u32 corners (3 per
 /// triangle).
 #[utoipa::path(get, path = "/v1/meshes/{id}/geometry", tag = "meshes",
-    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh"), TextureQuery),
+    params(("id" = String, Path, description = "id of a mesh, name of a built-in mesh, or `ground`"), TextureQuery),
     responses((status = 200, content_type = "application/vnd.brood.geometry"), (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
@@ -56,7 +56,7 @@ pub async fn get(
 /// POSITION in the mesh's own units, NORMAL, TANGENT along u, and TEXCOORD_0 if the mesh has
 /// texture coordinates.
 #[utoipa::path(get, path = "/v1/meshes/{id}/mesh.glb", tag = "meshes",
-    params(("id" = String, Path, description = "id of a mesh, or name of a built-in mesh"), TextureQuery),
+    params(("id" = String, Path, description = "id of a mesh, name of a built-in mesh, or `ground`"), TextureQuery),
     responses((status = 200, content_type = "model/gltf-binary"), (status = 304, description = "unchanged")))]
 pub async fn glb(
     State(app): State<App>,
@@ -79,7 +79,8 @@ async fn encoded(
     if sphere_pole == SpherePole::Z && scene.builtin() != Some(BuiltinMesh::SphereZ) {
         return Err(ApiError::bad_parameter("sphere_pole", "`z` needs the mesh `sphere`"));
     }
-    let encoded = match scene.builtin() {
+    let is_ground = id == BuiltinMesh::Ground.name();
+    let encoded = match scene.builtin().or(is_ground.then_some(BuiltinMesh::Ground)) {
         Some(name) => app.processors.run(move || Ok(encode(&Mesh::builtin(name)))).await?,
         None => {
             let unknown = |_| ApiError::not_found("there is no mesh with this id or name");

@@ -1,17 +1,17 @@
 //! Lit angles: the angles of the light circle at which point lights reach the points of a picture.
 //! The page draws hard shadows from them while lights move.
 
-use brood_light::{Light, PointLight};
-use brood_mesh::trace::{Ray, Stack, Tracer};
-use brood_mesh::{Mesh, UnitFrame};
+use brood_light::{Light, LightAssets, PointLight};
+use brood_mesh::UnitFrame;
+use brood_mesh::trace::{Ray, Stack};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::frame::ShadedPoint;
-use super::point::START_ABOVE;
-use super::size::PictureSize;
-use super::view::View;
+use super::quadrature::PixelSampler;
+use super::render::pixel_sampler;
 use crate::description::Scene;
+use crate::stage::{Obstacles, Stage};
 
 /// Angles at which a light begins or ceases to reach each pixel of a square picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,28 +28,42 @@ pub type Toggles = [u16; 8];
 const ANGLES: u32 = 65_535;
 /// Stands for no angle.
 pub const NEVER: u16 = u16::MAX;
-/// Number of angles at which every light is tested; between two that differ the angle is bisected.
-const TESTED: u32 = 64;
+/// Number of angles at which every light is tested, of an object alone and of several, whose
+/// shadows on each other are narrower; between two that differ the angle is bisected.
+const TESTED: [u32; 2] = [64, 128];
 
 impl LitAngles {
     /// Traces the lights of a scene from the point in the middle of each pixel, as pictures with
-    /// one sample a pixel do. A pixel whose middle misses the object has the angles of one beside
-    /// it.
+    /// one sample a pixel do. The point is that of the nearest object. A pixel whose middle misses
+    /// all has the angles of one beside it.
     ///
     /// # Domain
-    /// All lights are point lights. Where a surface faces away from a light, its angles mean
-    /// nothing. A shadow that crosses a point within 1/64 of the circle may be missed; of more than
-    /// eight angles the closest pairs are left out.
+    /// The scene has shadows, and all lights are point lights. Where a surface faces away from a
+    /// light, its angles mean nothing. A shadow that crosses a point within 1/64 of the circle, or
+    /// 1/128 with several objects, may be missed; of more than eight angles the closest pairs are
+    /// left out.
     #[must_use]
-    pub fn trace(scene: &Scene, mesh: &Mesh, side: u32) -> Self {
-        let frame = UnitFrame::new(mesh, scene.scale, scene.rotation_deg);
+    pub fn trace<'a>(scene: &Scene, stage: impl Into<Stage<'a>>, side: u32) -> Self {
+        let stage = stage.into();
         let points = |light: &Light| match light {
             Light::Point(light) => Some(light.clone()),
             _ => None,
         };
         let lights: Vec<PointLight> = scene.lights.iter().filter_map(points).collect();
-        let view = View::new(&scene.camera, &frame, side.into());
-        let tracing = Tracing { scene, mesh, tracer: mesh.tracer(), frame, view, lights };
+        let tested = TESTED[usize::from(stage.count() > 1)];
+        let part = |part: usize| {
+            let own = stage.with_part(part);
+            let sampler = pixel_sampler(&own, scene, &LightAssets::default(), side.into());
+            let frame = own.frame(scene);
+            let circle = |light: &PointLight| {
+                let place = |angle: u32| (angle, place(light, angle, &frame));
+                (0..=tested).map(|k| place(k * ANGLES / tested)).collect()
+            };
+            let circles = lights.iter().map(circle).collect();
+            Part { sampler, frame, circles }
+        };
+        let parts = (0..stage.count()).map(part).collect();
+        let tracing = Tracing { parts, lights: &lights };
         let rows: Vec<Vec<Option<Vec<Toggles>>>> =
             (0..side).into_par_iter().map(|row| tracing.row(row, side)).collect();
         let beside = |x: u32, y: u32| {
@@ -96,19 +110,26 @@ impl LitAngles {
 
 /// Scene whose points are traced.
 struct Tracing<'a> {
-    scene: &'a Scene,
-    mesh: &'a Mesh,
-    tracer: &'a Tracer,
-    frame: UnitFrame,
-    view: View,
-    lights: Vec<PointLight>,
+    /// Subject, other objects, ground.
+    parts: Vec<Part<'a>>,
+    lights: &'a [PointLight],
 }
 
-/// Surface point in the unit frame.
-struct Point {
+/// Part of a scene.
+struct Part<'a> {
+    sampler: PixelSampler<'a>,
+    frame: UnitFrame,
+    /// Angles at which each light is tested, with its places.
+    circles: Vec<Vec<(u32, DVec3)>>,
+}
+
+/// Surface point in the unit frame of a part.
+struct Point<'a> {
+    part: &'a Part<'a>,
     position: DVec3,
     /// Start of shadow rays.
     start: DVec3,
+    obstacles: &'a Obstacles<'a>,
     n: DVec3,
 }
 
@@ -116,68 +137,70 @@ impl Tracing<'_> {
     /// Returns the angles of all lights for each pixel of a row; `None` where its middle misses.
     fn row(&self, row: u32, side: u32) -> Vec<Option<Vec<Toggles>>> {
         let mut stack = Stack::default();
-        let size_px = PictureSize::from(side);
         let of_pixel = |column: u32| {
-            let ray = self.view.pixel_ray(size_px, (column, row), DVec2::splat(0.5));
-            let point = self.point(ray, &mut stack)?;
-            let of_light = |light: &PointLight| self.toggles(light, &point, &mut stack);
-            Some(self.lights.iter().map(of_light).collect())
+            let point = self.parts.iter().find_map(|part| part.point((column, row), &mut stack))?;
+            let lights = self.lights.iter().zip(&point.part.circles);
+            let of_light = |(light, circle): (&PointLight, &Vec<(u32, DVec3)>)| {
+                point.toggles(light, circle, &mut stack)
+            };
+            Some(lights.map(of_light).collect())
         };
         (0..side).map(of_pixel).collect()
     }
+}
 
-    /// Returns the point that a camera ray hits.
-    fn point(&self, ray: Ray, stack: &mut Stack) -> Option<Point> {
-        let hit = self.tracer.trace(ray, stack)?;
-        let parts = self.mesh.parts();
-        let shaded = ShadedPoint::new(parts, &hit, -ray.direction, self.scene.tangents);
-        let in_unit_frame = |at: DVec3| (at - self.mesh.centre()) / self.mesh.radius();
-        let start = in_unit_frame(shaded.shadow_start(self.scene.normals, parts, &hit));
-        Some(Point {
-            position: in_unit_frame(shaded.position),
-            start: start + shaded.face() * START_ABOVE,
-            n: shaded.frame.n(),
-        })
+impl Part<'_> {
+    /// Returns the point in the middle of a pixel; `None` if that is not on this part.
+    fn point(&self, (x, y): (u32, u32), stack: &mut Stack) -> Option<Point<'_>> {
+        let sampler = &self.sampler;
+        let ray = sampler.ray(x, y, DVec2::splat(0.5));
+        let hit = sampler.visible_hit(ray, stack)?;
+        let surface = &sampler.surface;
+        let shaded = ShadedPoint::new(surface.parts, &hit, -ray.direction, surface.tangents);
+        let (obstacles, start) = surface.shadow_start(&shaded, &hit)?;
+        let position = surface.in_unit_frame(shaded.position);
+        Some(Point { part: self, position, start, obstacles, n: shaded.frame.n() })
     }
+}
 
-    fn toggles(&self, light: &PointLight, point: &Point, stack: &mut Stack) -> Toggles {
-        let towards = |angle: u32| {
-            let degrees = 360.0 * f64::from(angle) / f64::from(ANGLES);
-            light.place(degrees, &self.frame) - point.position
-        };
-        let faces = |angle: u32| towards(angle).dot(point.n) > 0.0;
-        let mut is_lit = |angle: u32| {
-            let towards = towards(angle);
+impl Point<'_> {
+    /// Returns the angles at which a light begins to reach the point and ceases. `circle` holds the
+    /// tested angles with places of the light.
+    fn toggles(&self, light: &PointLight, circle: &[(u32, DVec3)], stack: &mut Stack) -> Toggles {
+        let place = |angle: u32| place(light, angle, &self.part.frame);
+        let faces = |place: DVec3| (place - self.position).dot(self.n) > 0.0;
+        let mut is_lit = |place: DVec3| {
+            let towards = place - self.position;
             let distance = towards.length();
-            let ray = Ray { origin: point.start, direction: towards / distance };
-            !self.tracer.is_occluded(ray, distance, stack)
+            let ray = Ray { origin: self.start, direction: towards / distance };
+            !self.obstacles.is_occluded(ray, distance, stack)
         };
         // Angles at which the surface faces the light, first and last ones of an arc included.
-        let tested = (0..=TESTED).map(|k| k * ANGLES / TESTED);
-        let mut facing: Vec<u32> = Vec::new();
+        let mut facing: Vec<(u32, DVec3)> = Vec::new();
         let mut before: Option<(u32, bool)> = None;
-        for angle in tested {
-            let now = faces(angle);
+        for (angle, at) in circle {
+            let now = faces(*at);
             if let Some((last, _)) = before.filter(|(_, was)| *was != now) {
-                let end = bisected((last, angle), |middle| faces(middle) == now);
-                facing.push(if now { end } else { end - 1 });
+                let end = bisected((last, *angle), |middle| faces(place(middle)) == now);
+                let end = if now { end } else { end - 1 };
+                facing.push((end, place(end)));
             }
             if now {
-                facing.push(angle);
+                facing.push((*angle, *at));
             }
-            before = Some((angle, now));
+            before = Some((*angle, now));
         }
-        facing.dedup();
+        facing.dedup_by_key(|(angle, _)| *angle);
         let Some((first, rest)) = facing.split_first() else { return [NEVER; 8] };
-        let mut present = is_lit(*first);
+        let mut present = is_lit(first.1);
         let mut found: Vec<u32> = if present { vec![0] } else { Vec::new() };
-        let mut last = *first;
-        for angle in rest {
-            let next = is_lit(*angle);
+        let mut last = first.0;
+        for (angle, at) in rest {
+            let next = is_lit(*at);
             if next != present {
                 // If the surface faces away between the two, the exact angle does not matter.
-                let is_arc = faces(last.midpoint(*angle));
-                let of_next = |middle| is_lit(middle) == next;
+                let is_arc = faces(place(last.midpoint(*angle)));
+                let of_next = |middle| is_lit(place(middle)) == next;
                 found.push(if is_arc { bisected((last, *angle), of_next) } else { *angle });
                 present = next;
             }
@@ -185,6 +208,11 @@ impl Tracing<'_> {
         }
         packed(found)
     }
+}
+
+/// Returns the place of a light at an angle.
+fn place(light: &PointLight, angle: u32, frame: &UnitFrame) -> DVec3 {
+    light.place(360.0 * f64::from(angle) / f64::from(ANGLES), frame)
 }
 
 /// Returns an angle of which a condition is true, and false of the one before. It is false of the
@@ -214,58 +242,85 @@ fn packed(mut found: Vec<u32>) -> Toggles {
 
 #[cfg(test)]
 mod tests {
-    use brood_mesh::BuiltinMesh;
+    use brood_mesh::{BuiltinMesh, Mesh};
 
     use super::*;
-    use crate::{SampleSet, Sampling};
+    use crate::{PixelArea, Raster, SampleSet, Sampling};
 
     const SIDE: u32 = 48;
 
-    /// Returns for each pixel whether light reaches its middle.
-    fn lit_pixels(scene: &Scene, mesh: &Mesh) -> Vec<bool> {
-        let set = SampleSet::render(mesh, scene, SIDE, Sampling::Fixed(1));
+    /// Returns for each pixel whether light reaches its middle on some part of the stage.
+    fn lit_pixels(scene: &Scene, stage: &Stage<'_>) -> Vec<bool> {
         let mut lit = vec![false; (SIDE * SIDE) as usize];
-        for span in set.image().unwrap().spans() {
-            lit[span.pixel as usize] = span.end > span.start;
+        for part in 0..stage.count() {
+            let area = PixelArea::whole(SIDE);
+            let raster = Raster { size_px: SIDE.into(), sampling: Sampling::Fixed(1), area };
+            let (own, assets) = (stage.with_part(part), LightAssets::default());
+            let set = SampleSet::render_with_assets(own, scene, &assets, raster);
+            for span in set.image().unwrap().spans() {
+                lit[span.pixel as usize] |= span.end > span.start;
+            }
         }
         lit
     }
 
-    #[test]
-    fn angles_agree_with_pictures_at_every_angle() {
-        for (mesh, lights) in [
-            ("knob", r#"[{}]"#),
-            ("torus", r#"[{"position": [4, 0.5, 1]}, {"position": [-1, 3, 3]}]"#),
-        ] {
-            let json = format!(r#"{{"mesh": "{mesh}", "shadows": true, "lights": {lights}}}"#);
-            let scene: Scene = serde_json::from_str(&json).unwrap();
-            let mesh = Mesh::builtin(BuiltinMesh::from_name(mesh).unwrap());
-            let angles = LitAngles::trace(&scene, &mesh, SIDE);
-            let pixels = (SIDE * SIDE) as usize;
-            assert_eq!(
-                (angles.side(), angles.toggles().len()),
-                (SIDE, scene.lights.len() * pixels)
-            );
-            let (mut shadowed, mut facing, mut differ) = (0, 0, 0);
-            for k in 0..40u16 {
-                let angle = k * 1638 + 57;
-                for (light, own) in scene.lights.iter().zip(angles.toggles().chunks(pixels)) {
-                    let seen = Scene { lights: vec![light.clone()], ..scene.clone() };
-                    let seen = seen.with_light_deg(LitAngles::degrees(angle));
-                    let reached = lit_pixels(&seen, &mesh);
-                    let faces = lit_pixels(&Scene { shadows: false, ..seen }, &mesh);
-                    for (pixel, (reached, faces)) in reached.into_iter().zip(faces).enumerate() {
-                        let (x, y) = (pixel % SIDE as usize, pixel / SIDE as usize);
-                        let toggles = &own[(SIDE as usize - 1 - y) * SIDE as usize + x];
-                        facing += u32::from(faces);
-                        shadowed += u32::from(faces && !reached);
-                        differ += u32::from(faces && reached != LitAngles::is_lit(toggles, angle));
-                    }
+    /// Compares lit angles with pictures at many angles of the light.
+    fn check_angles(scene: &str, others: &[BuiltinMesh]) {
+        let scene: Scene = serde_json::from_str(scene).unwrap();
+        scene.validate().unwrap();
+        let mesh = Mesh::builtin(scene.builtin().unwrap());
+        let others: Vec<Mesh> = others.iter().map(|mesh| Mesh::builtin(*mesh)).collect();
+        let stage = Stage::new(&scene, &mesh, &others.iter().collect::<Vec<_>>());
+        let angles = LitAngles::trace(&scene, stage.clone(), SIDE);
+        let pixels = (SIDE * SIDE) as usize;
+        assert_eq!((angles.side(), angles.toggles().len()), (SIDE, scene.lights.len() * pixels));
+        let (mut shadowed, mut facing, mut differ) = (0, 0, 0);
+        for k in 0..40u16 {
+            let angle = k * 1638 + 57;
+            for (light, own) in scene.lights.iter().zip(angles.toggles().chunks(pixels)) {
+                let seen = Scene { lights: vec![light.clone()], ..scene.clone() };
+                let seen = seen.with_light_deg(LitAngles::degrees(angle));
+                let reached = lit_pixels(&seen, &stage);
+                let faces = lit_pixels(&Scene { shadows: false, ..seen }, &stage);
+                for (pixel, (reached, faces)) in reached.into_iter().zip(faces).enumerate() {
+                    let (x, y) = (pixel % SIDE as usize, pixel / SIDE as usize);
+                    let toggles = &own[(SIDE as usize - 1 - y) * SIDE as usize + x];
+                    facing += u32::from(faces);
+                    shadowed += u32::from(faces && !reached);
+                    differ += u32::from(faces && reached != LitAngles::is_lit(toggles, angle));
                 }
             }
-            assert!(shadowed * 50 > facing, "{shadowed} of {facing} are in shadow");
-            assert!(differ * 5000 <= facing, "{differ} of {facing} have another shadow");
         }
+        assert!(shadowed * 50 > facing, "{shadowed} of {facing} are in shadow");
+        assert!(differ * 5000 <= facing, "{differ} of {facing} have another shadow");
+    }
+
+    #[test]
+    fn angles_agree_with_pictures_at_every_angle() {
+        check_angles(r#"{"mesh": "knob", "shadows": true}"#, &[]);
+        check_angles(
+            r#"{"mesh": "torus", "shadows": true,
+                "lights": [{"position": [4, 0.5, 1]}, {"position": [-1, 3, 3]}]}"#,
+            &[],
+        );
+    }
+
+    #[test]
+    fn angles_agree_with_pictures_of_several_objects() {
+        check_angles(
+            r#"{"mesh": "knob", "shadows": true, "ground": {}, "rotation_deg": [0, 30, 10],
+                "camera": {"orbit_deg": [15, 20]}, "lights": [{}, {"position": [-1, 3, 3]}],
+                "objects": [
+                    {"mesh": "ball", "stands": true, "position": [1.2, 0, 0.6], "scale": 0.4},
+                    {"mesh": "torus", "position": [-0.9, 0.3, 0.9], "scale": 0.5,
+                        "rotation_deg": [40, 0, 20]}]}"#,
+            &[BuiltinMesh::Ball, BuiltinMesh::Torus, BuiltinMesh::Ground],
+        );
+        check_angles(
+            r#"{"mesh": "cube", "scale": 0.8, "shadows": true, "lights": [{"position": [3, 1, 1]}],
+                "objects": [{"mesh": "sphere", "position": [1, 0, 1], "scale": 0.4}]}"#,
+            &[BuiltinMesh::Sphere],
+        );
     }
 
     #[test]

@@ -91,6 +91,12 @@ impl PixelSampler<'_> {
         self.shade(hit.as_ref(), ray, stack, point)
     }
 
+    /// Returns the hit of a ray; `None` if it misses, or if another object is in front of it.
+    pub fn visible_hit(&self, ray: Ray, stack: &mut Stack) -> Option<Hit> {
+        let hit = self.tracer.trace(ray, stack)?;
+        (!self.is_hidden(&hit, ray, stack)).then_some(hit)
+    }
+
     /// Gathers the triangles that rays of a pixel may hit, for [`PixelSampler::trace_in_pixel`].
     pub fn gather_candidates(&self, x: u32, y: u32, scratch: &mut Scratch) {
         let frustum = PixelFrustum::new(CORNERS.map(|corner| self.ray(x, y, corner)));

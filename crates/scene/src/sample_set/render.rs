@@ -245,6 +245,7 @@ impl SampleSet {
     }
 }
 
+/// Returns the sampler of a part of a scene.
 pub(super) fn pixel_sampler<'a>(
     stage: &Stage<'a>,
     scene: &Scene,
