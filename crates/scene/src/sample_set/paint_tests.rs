@@ -172,3 +172,20 @@ fn lights_of_every_kind_are_columns() {
         }
     }
 }
+
+#[test]
+fn copy_with_columns_differs_in_them_alone() {
+    let set = points(BuiltinMesh::Knob, &scene(TWO_LIGHTS), 24, Sampling::Adaptive);
+    let values: Vec<f32> = (0..set.len()).map(|index| index as f32 / 64.0).collect();
+    let depths = set.input(Input::Depth).to_vec();
+    let copy = set.with_columns([(Input::Depth, values.clone())]);
+    assert_eq!(copy.input(Input::Depth), values);
+    assert_eq!(copy.input_range(Input::Depth), (0.0, (set.len() - 1) as f32 / 64.0));
+    assert_eq!(set.input(Input::Depth), depths);
+    assert_ne!(copy.id(), set.id());
+    assert_eq!((copy.len(), copy.image()), (set.len(), set.image()));
+    assert_eq!((copy.lighting(), copy.counts()), (set.lighting(), set.counts()));
+    for input in Input::ALL.into_iter().filter(|input| *input != Input::Depth) {
+        assert_eq!(copy.input(input), set.input(input), "{input:?}");
+    }
+}

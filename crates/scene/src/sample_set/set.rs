@@ -68,12 +68,34 @@ impl SampleSet {
         columns: impl IntoIterator<Item = (Input, Vec<f32>)>,
     ) -> Self {
         self.lighting = Some(lighting);
+        self.put_columns(columns);
+        self
+    }
+
+    /// Returns a copy with further inputs of painted materials: the value of each sample, in place
+    /// of what the set has. The copy has an id of its own.
+    ///
+    /// # Domain
+    /// Finite values within the range of the machine.
+    ///
+    /// # Panics
+    /// If a column has another length than the set.
+    #[must_use]
+    pub fn with_columns(&self, columns: impl IntoIterator<Item = (Input, Vec<f32>)>) -> Self {
+        let (pairs, uvs) = (self.pairs.clone(), self.uvs.clone());
+        let new = Self::new(pairs, uvs, self.irradiance.clone(), self.image.clone(), self.counts);
+        let (len, inputs, lighting) = (self.len, self.inputs.clone(), self.lighting);
+        let mut copy = Self { len, inputs, lighting, ..new };
+        copy.put_columns(columns);
+        copy
+    }
+
+    fn put_columns(&mut self, columns: impl IntoIterator<Item = (Input, Vec<f32>)>) {
         for (input, values) in columns {
             assert_eq!(values.len(), self.len, "one value of {input:?} for each sample");
             let column = OnceLock::from(Values::compute(values.len(), |index| values[index]));
             self.inputs[input.index()] = column;
         }
-        self
     }
 
     pub(super) fn new(

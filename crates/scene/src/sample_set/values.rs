@@ -14,7 +14,7 @@ const LINE: usize = 16;
 struct Line([f32; LINE]);
 
 /// Values aligned to cache lines, and bounds of them.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Values {
     lines: Vec<Line>,
     len: usize,
