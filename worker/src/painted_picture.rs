@@ -1,12 +1,13 @@
 //! Pictures of painted materials: evaluated at points with all lights, and averaged in display
-//! values. The film of the scene has no effect.
+//! values. The film of the scene has no effect on them.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use brood_brdf::Input;
-use brood_eval::{Developed, RadianceImage, develop_colors, linear_colors};
+use brood_eval::{Developed, Gain, RadianceImage, develop_colors, linear_colors};
 use brood_program::Program;
-use brood_protocol::RenderStats;
+use brood_protocol::{Backend, RenderStats};
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
@@ -22,15 +23,21 @@ use crate::shot::{BATCH_FLOATS, Shot};
 struct PaintedPicture<'a> {
     set: &'a SampleSet,
     colors: &'a [f32],
+    /// Exposure of the BRDF that the material paints, in EV; 0 without one.
+    exposure_ev: f64,
 }
 
 impl EvaluatedPicture for PaintedPicture<'_> {
     fn develop(&self) -> Result<Developed, RenderError> {
-        Ok(develop_colors(self.set, self.colors))
+        Ok(Developed { exposure_ev: self.exposure_ev, ..develop_colors(self.set, self.colors) })
     }
 
     fn radiance(&self) -> Result<RadianceImage, RenderError> {
         Ok(linear_colors(self.set, self.colors))
+    }
+
+    fn gain(&self) -> Gain {
+        Gain::fixed(self.exposure_ev)
     }
 
     fn samples(&self) -> u64 {
@@ -46,13 +53,29 @@ pub(crate) fn painted_images<T: Send>(
     (caches, evaluators): (&Caches, &Evaluators),
     finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
 ) -> Result<Vec<T>, RenderError> {
+    let set = points(shot, caches)?;
+    images_on((&set, 0.0), shot.frame.backend, programs, (caches, evaluators), finish)
+}
+
+/// Returns the points of the requested part of a picture.
+pub(crate) fn points(shot: &Shot<'_>, caches: &Caches) -> Result<Arc<SampleSet>, RenderError> {
     let Shot { view, frame, area, .. } = shot;
     let (given, most) = (view.scene().lights.len(), Input::LIGHTS);
     if given > most {
         return Err(RenderError::Lights { given, most });
     }
     let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: *area };
-    let set = &*caches.points(view, raster);
+    Ok(caches.points(view, raster))
+}
+
+/// As [`painted_images`], on points of a picture with this exposure.
+pub(crate) fn images_on<T: Send>(
+    (set, exposure_ev): (&SampleSet, f64),
+    backend: Backend,
+    programs: &[&Program],
+    (caches, evaluators): (&Caches, &Evaluators),
+    finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
+) -> Result<Vec<T>, RenderError> {
     let lighting = set.lighting().expect("the samples are points");
     let lowered: Vec<Program> = programs.iter().map(|program| program.painted(lighting)).collect();
     let floats = 3 * set.len();
@@ -62,7 +85,7 @@ pub(crate) fn painted_images<T: Send>(
     for programs in lowered.chunks(together) {
         let batch: Vec<&Program> = programs.iter().collect();
         caches.counters.timed(
-            || evaluators.eval(frame.backend, &batch, set, &mut colors),
+            || evaluators.eval(backend, &batch, set, &mut colors),
             |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
         )?;
         let (counts, pictures) = (set.counts(), programs.len() as u64);
@@ -74,7 +97,7 @@ pub(crate) fn painted_images<T: Send>(
             .enumerate()
             .map(|(index, program)| {
                 let colors = &colors[index * floats..(index + 1) * floats];
-                finish(program, &PaintedPicture { set, colors })
+                finish(program, &PaintedPicture { set, colors, exposure_ev })
             })
             .collect();
         done.extend(pictures?);
@@ -89,7 +112,7 @@ mod tests {
     use brood_eval::decode_png;
     use brood_genome::{Genome, preset::Preset};
     use brood_mesh::BuiltinMesh;
-    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+    use brood_protocol::{Frame, MeshSource, PictureFormat};
     use brood_scene::{Exposure, PixelArea, Sampling, Scene};
 
     use super::*;

@@ -283,6 +283,7 @@ impl Renderer {
                     banded_images(shot, lobes, &own, tools, &mut self.buffer(), &finish)?
                 }
                 Method::Points => painted_images(shot, &own, tools, &finish)?,
+                Method::Reflected => self.reflected_images(shot, &own, &finish)?,
             };
             for (place, image) in places.into_iter().zip(images) {
                 done[place] = Some(image);

@@ -65,6 +65,7 @@ impl LoadedAssets {
 }
 
 /// Scene, mesh and light assets with their common cache key.
+#[derive(Clone)]
 pub(crate) struct SceneView<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) stage: Stage<'a>,

@@ -108,7 +108,8 @@ impl Renderer {
         let mut linear = (*frame).clone().with_area(None);
         linear.format = PictureFormat::Exr;
         let make = || {
-            let ev = match self.ground_exposure(shot)?.exposure {
+            let film = self.ground_exposure(shot)?;
+            let ev = match film.exposure {
                 Exposure::Ev(ev) => Some(ev),
                 Exposure::Auto => None,
             };
@@ -116,7 +117,7 @@ impl Renderer {
             for (part, object) in (1..).zip(&frame.objects) {
                 let program = self.program(&object.words)?;
                 let view = view.with_part(part);
-                let own = Shot { view, frame: &linear, film: *film, area: whole };
+                let own = Shot { view, frame: &linear, film, area: whole };
                 let mut image =
                     self.shaded(&own, &[&*program], |_: &Program, picture| picture.radiance())?;
                 let image = image.pop().expect("one picture of one program");

@@ -13,6 +13,12 @@ pub enum PrintError {
     /// The format is of painted materials.
     #[error("{} is a format of painted materials", .0.name())]
     NotPainted(Format),
+    /// The light amount is a picture of a BRDF.
+    #[error(
+        "a painted material `by brdf` is not exported: its amount of light is a picture of its \
+         BRDF, not a function of a point; without its effects, the BRDF is"
+    )]
+    ByBrdf,
     /// The toon material lacks something that the style has.
     #[error("VRM's toon material has {0}")]
     Mtoon(&'static str),

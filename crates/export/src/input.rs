@@ -124,6 +124,11 @@ pub(crate) fn name(input: Input) -> String {
         Input::DepthStep => "depth_step",
         Input::P2 => "p2_first",
         Input::SmoothP4 => "p4_first",
+        Input::ReflectedLevel => "reflected_level",
+        Input::ReflectedRed => "reflected_red",
+        Input::ReflectedGreen => "reflected_green",
+        Input::ReflectedBlue => "reflected_blue",
+        Input::ReflectedStep => "reflected_step",
         _ => unreachable!("{OF_LIGHTS}"),
     };
     name.to_owned()
@@ -248,6 +253,8 @@ pub(crate) fn bound(input: Input, uv: f32) -> f32 {
     }
     match input {
         Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => 1.6,
+        Input::ReflectedLevel | Input::ReflectedStep => 1.6,
+        Input::ReflectedRed | Input::ReflectedGreen | Input::ReflectedBlue => 1.6,
         Input::Depth => RANGE,
         Input::P2 => 3.2,
         Input::SmoothP4 => 1.6,

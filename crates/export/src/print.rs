@@ -37,6 +37,9 @@ pub fn print(program: &Program, format: Format, within: Within) -> Result<String
     if !(1..=Input::LIGHTS).contains(&within.lights) {
         return Err(PrintError::Lights(within.lights));
     }
+    if program.is_by_brdf() {
+        return Err(PrintError::ByBrdf);
+    }
     match (format.language(), program.meaning()) {
         (Some(_), Meaning::Reflectance) => Ok(export_within(program, format, within.uv)),
         (Some(language), _) => {

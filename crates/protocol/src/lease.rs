@@ -14,13 +14,13 @@ use crate::{
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version.
-const MAGIC: &[u8; 8] = b"brood/8\n";
+const MAGIC: &[u8; 8] = b"brood/9\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/8")]
+    #[error("the message must begin with the protocol version brood/9")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]

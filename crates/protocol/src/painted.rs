@@ -9,7 +9,8 @@ use crate::BreedOptions;
 pub enum PaintedError {
     /// One of two parents is painted.
     #[error(
-        "a painted material can be recombined only with another one: the other parent is a BRDF"
+        "a painted material can be recombined only with another one: the other parent is a BRDF, \
+         which `by brdf` would paint"
     )]
     Mixed,
     /// A saturation below 1.
@@ -55,7 +56,7 @@ pub fn check_painted_defaults(
 
 impl BreedOptions {
     /// Checks that the options suit the parents: both are painted or neither, and painted children
-    /// have no options of BRDFs. Without parents, `is_painted_start` decides.
+    /// have no options of BRDFs unless they paint one. Without parents, `is_painted_start` decides.
     ///
     /// # Errors
     /// [`PaintedError`] for the first reason why they do not.
@@ -68,7 +69,8 @@ impl BreedOptions {
         if parents.iter().any(|parent| parent.is_painted() != is_painted) {
             return Err(PaintedError::Mixed);
         }
-        if !is_painted {
+        let has_brdf = parents.first().map_or(!is_painted_start, |first| first.has_brdf());
+        if has_brdf {
             return Ok(());
         }
         check_painted_defaults(self.saturation, self.energy_limit)
@@ -94,6 +96,10 @@ mod tests {
         let limited = BreedOptions { energy_limit: Some(true), ..BreedOptions::default() };
         let error = limited.check_painted(&[&painted], false).unwrap_err();
         assert_eq!((error, error.pointer()), (PaintedError::EnergyLimit, "/energy_limit"));
+        let toon = "brood 1\n.model lambert\n.effect light\nby brdf\n".parse().unwrap();
+        assert_eq!(grey.check_painted(&[&toon, &painted], true), Ok(()));
+        assert_eq!(limited.check_painted(&[&toon], true), Ok(()));
+        assert_eq!(plain.check_painted(&[&toon, &model], true), Err(PaintedError::Mixed));
         let kept = BreedOptions {
             saturation: Some(1.0),
             energy_limit: Some(false),
