@@ -216,6 +216,10 @@ impl EvaluatedPicture for BandedPicture<'_> {
         })
     }
 
+    fn gain(&self) -> Gain {
+        self.gain
+    }
+
     fn samples(&self) -> u64 {
         self.batch.samples
     }

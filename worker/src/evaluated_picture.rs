@@ -24,6 +24,9 @@ pub(crate) trait EvaluatedPicture {
     /// Returns the picture as linear radiance.
     fn radiance(&self) -> Result<RadianceImage, RenderError>;
 
+    /// Returns the exposure and tone curve with which the picture is developed.
+    fn gain(&self) -> Gain;
+
     /// Returns the number of samples evaluated, without those of rough pixels.
     fn samples(&self) -> u64;
 }
@@ -149,6 +152,10 @@ impl EvaluatedPicture for SampledPicture<'_> {
             Some(own) => image.crop(own),
             None => image,
         })
+    }
+
+    fn gain(&self) -> Gain {
+        self.gain
     }
 
     fn samples(&self) -> u64 {

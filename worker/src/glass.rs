@@ -1,7 +1,6 @@
 //! Inputs of clear bodies: the colours that mirrored and refracted rays of each sample see.
 
 use brood_brdf::Input;
-use brood_eval::Gain;
 use brood_program::Program;
 use brood_scene::{Raster, SampleSet, WayOut};
 
@@ -14,22 +13,25 @@ use crate::sight::{Followed, SeenColor, Sight};
 const ENDLESS: f32 = 65504.0;
 
 impl Renderer {
-    /// Returns the points with what a clear material sees on them. `lowered` is the style as
-    /// lowered for the lights of the points. What it does not read is not traced.
+    /// Returns the points with what a clear style sees on them. What it does not read is not
+    /// traced.
     pub(crate) fn with_glass(
         &self,
         shot: &Shot<'_>,
         (points, raster): (&SampleSet, Raster),
-        (style, lowered): (&Program, &Program),
+        style: &Program,
     ) -> Result<SampleSet, RenderError> {
+        let lowered = style.painted(points.lighting().expect("the samples are points"));
         let reads_ways = lowered.reads_ways();
         let glass = style.glass().filter(|_| reads_ways);
         let index = glass.and_then(brood_genome::Effect::index_of_refraction);
         // A body that nothing enters shows its mirror instead.
         let mirrored = lowered.reads_mirrored() || index.is_some_and(|index| index < 1.0);
         let sight = self.sight(shot, (points, raster), Followed { mirrored, index })?;
-        let unused = Gain::fixed(0.0);
-        let own = self.seen_of(&sight.own, style, (shot.frame.backend, unused))?;
+        let own = match style.is_by_brdf() {
+            true => self.seen_along(shot, (shot.view.stage.part(), style), &sight.rays)?,
+            false => self.seen_on(&sight.own, style, shot.frame.backend)?,
+        };
         Ok(points.with_columns(columns(points.len(), &sight, &own)))
     }
 }

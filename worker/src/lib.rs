@@ -39,6 +39,7 @@ mod lease;
 mod light_asset_cache;
 mod lit_spheres;
 mod painted_picture;
+mod reflected_picture;
 mod render_counters;
 mod render_thread;
 mod render_worker;

@@ -1,12 +1,13 @@
 //! Pictures of painted materials: evaluated at points with all lights, and averaged in display
-//! values. The film of the scene has no effect.
+//! values. The film of the scene has no effect on them.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use brood_brdf::Input;
-use brood_eval::{Developed, RadianceImage, develop_colors, linear_colors};
+use brood_eval::{Developed, Gain, RadianceImage, develop_colors, linear_colors};
 use brood_program::Program;
-use brood_protocol::{Frame, RenderStats};
+use brood_protocol::{Backend, RenderStats};
 use brood_scene::SampleSet;
 use rayon::prelude::*;
 
@@ -21,15 +22,21 @@ use crate::shot::{BATCH_FLOATS, Shot};
 struct PaintedPicture<'a> {
     set: &'a SampleSet,
     colors: &'a [f32],
+    /// Exposure of the BRDF that the material paints, in EV; 0 without one.
+    exposure_ev: f64,
 }
 
 impl EvaluatedPicture for PaintedPicture<'_> {
     fn develop(&self) -> Result<Developed, RenderError> {
-        Ok(develop_colors(self.set, self.colors))
+        Ok(Developed { exposure_ev: self.exposure_ev, ..develop_colors(self.set, self.colors) })
     }
 
     fn radiance(&self) -> Result<RadianceImage, RenderError> {
         Ok(linear_colors(self.set, self.colors))
+    }
+
+    fn gain(&self) -> Gain {
+        Gain::fixed(self.exposure_ev)
     }
 
     fn samples(&self) -> u64 {
@@ -46,42 +53,54 @@ impl Renderer {
         programs: &[&Program],
         finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
+        let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
+        let (clear, plain): (Vec<usize>, Vec<usize>) =
+            (0..programs.len()).partition(|at| programs[*at].glass().is_some());
+        if let Some(first) = plain.first() {
+            let set = self.points_for(shot, programs[*first])?;
+            let own: Vec<&Program> = plain.iter().map(|at| programs[*at]).collect();
+            let images = self.images_on((&set, 0.0), shot.frame.backend, &own, &finish)?;
+            plain.into_iter().zip(images).for_each(|(at, image)| done[at] = Some(image));
+        }
+        for at in clear {
+            let (set, own) = (self.points_for(shot, programs[at])?, &programs[at..=at]);
+            done[at] = self.images_on((&set, 0.0), shot.frame.backend, own, &finish)?.pop();
+        }
+        Ok(done.into_iter().flatten().collect())
+    }
+
+    /// Returns the points of the requested part of a picture of a style: those of all, or of a
+    /// clear one its own, with what its rays see.
+    pub(crate) fn points_for(
+        &self,
+        shot: &Shot<'_>,
+        style: &Program,
+    ) -> Result<Arc<SampleSet>, RenderError> {
         let Shot { view, frame, area, .. } = shot;
         let (given, most) = (view.scene().lights.len(), Input::LIGHTS);
         if given > most {
             return Err(RenderError::Lights { given, most });
         }
         let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: *area };
-        let lowered = |set: &SampleSet, program: &Program| {
-            program.painted(set.lighting().expect("the samples are points"))
-        };
-        let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
-        let (clear, plain): (Vec<usize>, Vec<usize>) =
-            (0..programs.len()).partition(|at| programs[*at].glass().is_some());
-        if !plain.is_empty() {
-            let set = self.caches.points(view, raster);
-            let own: Vec<Program> = plain.iter().map(|at| lowered(&set, programs[*at])).collect();
-            let images = self.images_on((&set, frame), &own, &finish)?;
-            plain.into_iter().zip(images).for_each(|(at, image)| done[at] = Some(image));
+        if style.glass().is_none() {
+            return Ok(self.caches.points(view, raster));
         }
-        for at in clear {
-            let style = programs[at];
-            let shot = Shot { view: shot.view_for(style), ..*shot };
-            let points = self.caches.clear_points(&shot.view, raster);
-            let own = lowered(&points, style);
-            let set = self.with_glass(&shot, (&points, raster), (style, &own))?;
-            done[at] = self.images_on((&set, frame), &[own], &finish)?.pop();
-        }
-        Ok(done.into_iter().flatten().collect())
+        let shot = Shot { view: shot.view_for(style), ..*shot };
+        let points = self.caches.clear_points(&shot.view, raster);
+        Ok(Arc::new(self.with_glass(&shot, (&points, raster), style)?))
     }
 
-    /// Evaluates lowered programs in batches on points, and finishes the pictures in parallel.
-    fn images_on<T: Send>(
+    /// Evaluates styles in batches on points of a picture with this exposure, and finishes the
+    /// pictures in parallel.
+    pub(crate) fn images_on<T: Send>(
         &self,
-        (set, frame): (&SampleSet, &Frame),
-        lowered: &[Program],
+        (set, exposure_ev): (&SampleSet, f64),
+        backend: Backend,
+        styles: &[&Program],
         finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
     ) -> Result<Vec<T>, RenderError> {
+        let lighting = set.lighting().expect("the samples are points");
+        let lowered: Vec<Program> = styles.iter().map(|style| style.painted(lighting)).collect();
         let (caches, floats) = (&self.caches, 3 * set.len());
         let together = (BATCH_FLOATS / floats.max(1)).max(1);
         let mut colors = Vec::new();
@@ -89,7 +108,7 @@ impl Renderer {
         for programs in lowered.chunks(together) {
             let batch: Vec<&Program> = programs.iter().collect();
             caches.counters.timed(
-                || self.evaluators.eval(frame.backend, &batch, set, &mut colors),
+                || self.evaluators.eval(backend, &batch, set, &mut colors),
                 |evaluation_us| RenderStats { evaluation_us, ..RenderStats::default() },
             )?;
             let (counts, pictures) = (set.counts(), programs.len() as u64);
@@ -101,7 +120,7 @@ impl Renderer {
                 .enumerate()
                 .map(|(index, program)| {
                     let colors = &colors[index * floats..(index + 1) * floats];
-                    finish(program, &PaintedPicture { set, colors })
+                    finish(program, &PaintedPicture { set, colors, exposure_ev })
                 })
                 .collect();
             done.extend(pictures?);
@@ -117,7 +136,7 @@ mod tests {
     use brood_eval::decode_png;
     use brood_genome::{Genome, preset::Preset};
     use brood_mesh::BuiltinMesh;
-    use brood_protocol::{Backend, MeshSource, PictureFormat};
+    use brood_protocol::{Frame, MeshSource, PictureFormat};
     use brood_scene::{Exposure, PixelArea, Sampling, Scene};
 
     use super::*;

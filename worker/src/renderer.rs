@@ -268,6 +268,7 @@ impl Renderer {
                     banded_images(shot, lobes, &own, tools, &mut self.buffer(), &finish)?
                 }
                 Method::Points => self.painted_images(shot, &own, &finish)?,
+                Method::Reflected => self.reflected_images(shot, &own, &finish)?,
             };
             for (place, image) in places.into_iter().zip(images) {
                 done[place] = Some(image);

@@ -54,20 +54,26 @@ pub(crate) enum Method {
     Direct(LobeShape),
     /// Points with all lights, for painted materials.
     Points,
+    /// The same with what a BRDF reflects, for painted materials that paint one.
+    Reflected,
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 5] = [
+    pub(crate) const ALL: [Self; 6] = [
         Self::Samples,
         Self::Tables,
         Self::Direct(LobeShape::Round),
         Self::Direct(LobeShape::Any),
         Self::Points,
+        Self::Reflected,
     ];
 
     /// Returns the method of a program; `prefilters` is true if the picture may prefilter
     /// environments.
     pub(crate) fn of(program: &Program, prefilters: bool) -> Self {
+        if program.is_by_brdf() {
+            return Self::Reflected;
+        }
         if program.is_painted() {
             return Self::Points;
         }

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use brood_eval::{Gain, is_anisotropic, shade};
+use brood_eval::{Gain, RadianceImage, Reflected, is_anisotropic, shade};
 use brood_program::Program;
 use brood_protocol::{Backend, RenderStats};
 use brood_scene::{
@@ -40,6 +40,8 @@ pub(crate) struct Sight {
     pub(crate) mirrored: Option<usize>,
     /// Number of the ray of each way; rays are in this order.
     pub(crate) numbers: Vec<[Option<usize>; 2]>,
+    /// All rays that are followed.
+    pub(crate) rays: Vec<LeavingRay>,
     /// Colours of all rays.
     pub(crate) colors: Vec<SeenColor>,
     /// Points of the body itself that rays see: a picture of one row, with a pixel for each ray.
@@ -50,6 +52,7 @@ impl Sight {
     fn bytes(&self) -> usize {
         size_of_val(self.ways.as_slice())
             + size_of_val(self.numbers.as_slice())
+            + size_of_val(self.rays.as_slice())
             + size_of_val(self.colors.as_slice())
             + self.own.bytes()
     }
@@ -114,21 +117,7 @@ impl Renderer {
         let numbers = numbers.collect();
         let rays_traced = rays.len() as u64;
         self.caches.counters.add(RenderStats { rays: rays_traced, ..RenderStats::default() });
-        let colors = self.seen_of_others(shot, &rays, exposure)?;
-        let own = of_rays((view, view.stage.part()), frame.size_px, &rays, Seen::Points);
-        Ok(Sight { ways, mirrored, numbers, colors, own })
-    }
-
-    /// Returns the colours that rays see of the other objects and of what is behind all. The rays
-    /// are in the unit frame of the part of the shot.
-    fn seen_of_others(
-        &self,
-        shot: &Shot<'_>,
-        rays: &[LeavingRay],
-        exposure: Gain,
-    ) -> Result<Vec<SeenColor>, RenderError> {
-        let Shot { view, frame, .. } = shot;
-        let mut colors = behind(view, rays, exposure);
+        let mut colors = behind(view, &rays, exposure);
         let part = view.stage.part();
         for other in (0..view.parts()).filter(|other| *other != part) {
             let program = match other.checked_sub(1) {
@@ -137,48 +126,69 @@ impl Renderer {
             };
             // Without its material, the subject is not seen.
             let Some(program) = program else { continue };
-            let kind = match (program.is_painted(), view.scene().is_prefilterable()) {
-                (true, _) => Seen::Points,
-                (false, false) => Seen::Light(None),
-                (false, true) if is_anisotropic(&program) => Seen::Light(Some(LobeShape::Any)),
-                (false, true) => Seen::Light(Some(LobeShape::Round)),
-            };
-            let view = view.with_part(other);
-            for (rays, colors) in rays.chunks(RAYS).zip(colors.chunks_mut(RAYS)) {
-                let set = of_rays((&view, part), frame.size_px, rays, kind);
-                let seen = self.seen_of(&set, &program, (frame.backend, exposure))?;
-                for (color, seen) in colors.iter_mut().zip(seen) {
-                    *color = seen.or(*color);
-                }
+            let seen = self.seen_along(shot, (other, &program), &rays)?;
+            for (color, seen) in colors.iter_mut().zip(seen) {
+                *color = seen.or(*color);
             }
+        }
+        let own = of_rays((view, part), frame.size_px, &rays, Seen::Points);
+        Ok(Sight { ways, mirrored, numbers, rays, colors, own })
+    }
+
+    /// Returns the colours that rays see of a part of the scene with a material. The rays are in the
+    /// unit frame of the part of the shot.
+    pub(crate) fn seen_along(
+        &self,
+        shot: &Shot<'_>,
+        (part, program): (usize, &Program),
+        rays: &[LeavingRay],
+    ) -> Result<Vec<SeenColor>, RenderError> {
+        let (backend, exposure) = (shot.frame.backend, self.exposure_of_others(shot)?);
+        let from = shot.view.stage.part();
+        let other = shot.view.with_part(part);
+        let view = if part == from { &shot.view } else { &other };
+        let size_px = shot.frame.size_px;
+        let lobes = view.scene().is_prefilterable().then(|| match is_anisotropic(program) {
+            true => LobeShape::Any,
+            false => LobeShape::Round,
+        });
+        let mut colors = Vec::with_capacity(rays.len());
+        for rays in rays.chunks(RAYS) {
+            let sampled = |seen| of_rays((view, from), size_px, rays, seen);
+            let brdf = program.brdf();
+            let light = brdf.map(|brdf| (sampled(Seen::Light(lobes)), brdf));
+            let mut f = Vec::new();
+            if let Some((light, brdf)) = &light {
+                self.evaluators.eval(backend, &[brdf], light, &mut f)?;
+            }
+            colors.extend(match (light, program.is_painted()) {
+                (Some((light, _)), false) => seen_in(&shade(&light, &f), |radiance| {
+                    exposure.codes(radiance).map(|code| f32::from(code) / 255.0)
+                }),
+                (Some((light, _)), true) => {
+                    let reflected = Reflected::new(&shade(&light, &f), exposure);
+                    let points = reflected.on(&sampled(Seen::Points));
+                    self.seen_on(&points, program, backend)?
+                }
+                (None, _) => self.seen_on(&sampled(Seen::Points), program, backend)?,
+            });
         }
         Ok(colors)
     }
 
-    /// Returns the colours of a material where rays see it. A clear one is seen without its glass.
-    pub(crate) fn seen_of(
+    /// Returns the colours of a style on the points that rays see. A clear one is seen without its
+    /// glass.
+    pub(crate) fn seen_on(
         &self,
-        set: &SampleSet,
-        program: &Program,
-        (backend, exposure): (Backend, Gain),
+        points: &SampleSet,
+        style: &Program,
+        backend: Backend,
     ) -> Result<Vec<SeenColor>, RenderError> {
-        if set.is_empty() {
-            let rays = set.image().map_or(0, |image| image.coverage.len());
-            return Ok(vec![None; rays]);
-        }
-        let lowered = match set.lighting() {
-            Some(lighting) => program.without_glass().painted(lighting),
-            None => program.clone(),
-        };
-        let mut f = Vec::new();
-        self.evaluators.eval(backend, &[&lowered], set, &mut f)?;
-        let image = shade(set, &f);
-        let pixels = image.premultiplied().iter().zip(image.coverage());
-        let color = |radiance: [f32; 3]| match lowered.is_color() {
-            true => radiance,
-            false => exposure.codes(radiance).map(|code| f32::from(code) / 255.0),
-        };
-        Ok(pixels.map(|(radiance, coverage)| (*coverage > 0.0).then(|| color(*radiance))).collect())
+        let lighting = points.lighting().expect("the samples are points");
+        let lowered = style.without_glass().painted(lighting);
+        let mut colors = Vec::new();
+        self.evaluators.eval(backend, &[&lowered], points, &mut colors)?;
+        Ok(seen_in(&shade(points, &colors), |color| color))
     }
 
     /// Returns the gain in which objects beside a painted one are seen.
@@ -190,6 +200,12 @@ impl Renderer {
         };
         Ok(Gain::fixed(ev).with_tone(film.tone))
     }
+}
+
+/// Returns the colours of a picture with a pixel for each ray.
+fn seen_in(image: &RadianceImage, color: impl Fn([f32; 3]) -> [f32; 3]) -> Vec<SeenColor> {
+    let pixels = image.premultiplied().iter().zip(image.coverage());
+    pixels.map(|(radiance, coverage)| (*coverage > 0.0).then(|| color(*radiance))).collect()
 }
 
 fn of_rays(

@@ -83,6 +83,9 @@ impl Input {
             _ if Self::of_glass().any(|input| input == self) => 0.0,
             Self::P2 => cos_o - cos_i,
             Self::SmoothP4 => azimuth(pair, Parametrisation::Smooth).p4,
+            // Not known of a pair: sets of points have them as columns.
+            Self::ReflectedLevel | Self::ReflectedStep => 0.0,
+            Self::ReflectedRed | Self::ReflectedGreen | Self::ReflectedBlue => 0.0,
             _ => self.of_one_light(pair),
         };
         // Adding +0 turns -0 into +0: swapping directions could otherwise change the sign

@@ -61,10 +61,11 @@ pub fn express_brood(children: Vec<Child>) -> Vec<Child> {
     children.into_par_iter().map(express).collect()
 }
 
-/// Returns the program under the energy limit.
+/// Returns the program under the energy limit. A program without a BRDF stays as it is.
 #[must_use]
 pub fn limited(program: Program) -> Program {
-    let divisor = energy_limit(&program).divisor;
+    let Some(brdf) = program.brdf() else { return program };
+    let divisor = energy_limit(&brdf).divisor;
     if divisor > 1.0 { program.divided(divisor) } else { program }
 }
 

@@ -38,6 +38,7 @@ mod prefiltered;
 mod preview;
 mod radiance;
 mod reference;
+mod reflected;
 mod rounding;
 mod steering;
 
@@ -71,4 +72,5 @@ pub use prefiltered::{GatheredLight, is_prefilterable, lobe_tables, shade_prefil
 pub use preview::{Preview, PreviewScorer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_brdf, shade_each};
 pub use reference::ReferenceEvaluator;
+pub use reflected::Reflected;
 pub use steering::{Appearance, steered_brood};

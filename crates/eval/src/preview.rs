@@ -14,6 +14,7 @@ use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
 use brood_scene::{Exposure, PixelArea, Raster, SampleSet, Sampling, Scene};
 use rayon::prelude::*;
 
+use crate::reflected::Reflected;
 use crate::{CanonicalEvaluator, Evaluator, Gain, develop_colors, develop_samples};
 
 /// Side of a preview; its lit samples fit into one block of the evaluators.
@@ -78,12 +79,20 @@ impl Preview {
     /// Renders the preview of a program.
     #[must_use]
     pub fn of(program: &Program) -> Self {
+        const MEMORY: &str = "memory for a few hundred samples";
         let is_painted = program.is_painted();
-        let set = if is_painted { points() } else { samples() };
+        let evaluator = CanonicalEvaluator::default();
+        let reflected = program.brdf().filter(|_| is_painted).map(|brdf| {
+            let reflected = Reflected::of_samples(&evaluator, &brdf, samples()).expect(MEMORY);
+            reflected.on(points())
+        });
+        let set = match &reflected {
+            Some(set) => set,
+            None if is_painted => points(),
+            None => samples(),
+        };
         let mut f = Vec::new();
-        CanonicalEvaluator::default()
-            .eval(&[program], set, &mut f)
-            .expect("memory for a few hundred samples");
+        evaluator.eval(&[program], set, &mut f).expect(MEMORY);
         let picture = match is_painted {
             true => develop_colors(set, &f),
             false => develop_samples(set, &f, Gain::new(Exposure::Auto, set, &f)),

@@ -19,6 +19,12 @@ pub enum PrintError {
          without the effect glass it is"
     )]
     Glass,
+    /// The light amount is a picture of a BRDF.
+    #[error(
+        "a painted material `by brdf` is not exported: its amount of light is a picture of its \
+         BRDF, not a function of a point; without its effects, the BRDF is"
+    )]
+    ByBrdf,
     /// The toon material lacks something that the style has.
     #[error("VRM's toon material has {0}")]
     Mtoon(&'static str),

@@ -137,6 +137,11 @@ pub(crate) fn name(input: Input) -> String {
         Input::Way1Green => "way_1_green",
         Input::Way1Blue => "way_1_blue",
         Input::Way1Length => "way_1_length",
+        Input::ReflectedLevel => "reflected_level",
+        Input::ReflectedRed => "reflected_red",
+        Input::ReflectedGreen => "reflected_green",
+        Input::ReflectedBlue => "reflected_blue",
+        Input::ReflectedStep => "reflected_step",
         _ => unreachable!("{OF_LIGHTS}"),
     };
     name.to_owned()
@@ -263,6 +268,8 @@ pub(crate) fn bound(input: Input, uv: f32) -> f32 {
         Input::Way0Length | Input::Way1Length => RANGE,
         _ if Input::of_glass().any(|glass| glass == input) => 1.6,
         Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => 1.6,
+        Input::ReflectedLevel | Input::ReflectedStep => 1.6,
+        Input::ReflectedRed | Input::ReflectedGreen | Input::ReflectedBlue => 1.6,
         Input::Depth => RANGE,
         Input::P2 => 3.2,
         Input::SmoothP4 => 1.6,

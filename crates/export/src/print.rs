@@ -40,6 +40,9 @@ pub fn print(program: &Program, format: Format, within: Within) -> Result<String
     if program.glass().is_some() {
         return Err(PrintError::Glass);
     }
+    if program.is_by_brdf() {
+        return Err(PrintError::ByBrdf);
+    }
     match (format.language(), program.meaning()) {
         (Some(_), Meaning::Reflectance) => Ok(export_within(program, format, within.uv)),
         (Some(language), _) => {

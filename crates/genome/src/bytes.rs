@@ -59,9 +59,6 @@ pub enum BytesError {
     /// The output stage is not valid.
     #[error(transparent)]
     Output(#[from] OutputError),
-    /// A painted genome has an energy limit or an output stage.
-    #[error("a genome with effects has no energy limit and no output stage")]
-    Painted,
     /// The parts do not make a genome.
     #[error(transparent)]
     Genome(#[from] GenomeError),
@@ -195,16 +192,16 @@ impl Genome {
             return Err(BytesError::Length(reader.at()));
         }
         let output = Output::new([red, green, blue], scale, offset)?;
-        if !has_effects {
-            let genome = Self::layered(dialect, instructions, constants, output, layers)?;
-            return Ok(genome.with_limit(limited));
+        let is_plain = !limited && !has_layers && output == Output::IDENTITY;
+        if has_effects && is_plain {
+            return Ok(Self::painted(dialect, instructions, constants, effects)?);
         }
-        if has_layers {
-            return Err(GenomeError::from(EffectsError::Layers).into());
+        if has_effects && !crate::effect::are_by_brdf(&effects) {
+            return Err(GenomeError::from(EffectsError::NotByBrdf).into());
         }
-        let is_plain = !limited && output == Output::IDENTITY;
-        let genome = Self::painted(dialect, instructions, constants, effects)?;
-        if is_plain { Ok(genome) } else { Err(BytesError::Painted) }
+        let genome = Self::layered(dialect, instructions, constants, output, layers)?;
+        let genome = genome.with_limit(limited);
+        if has_effects { Ok(genome.with_effects(effects)?) } else { Ok(genome) }
     }
 
     /// Content hash.

@@ -62,7 +62,7 @@ pub enum DialectError {
         given: u8,
     },
     /// Only painted materials read directed inputs.
-    #[error("the opcode set `directed` is for genomes with effects")]
+    #[error("the opcode set `directed` is for genomes with effects that are not `by brdf`")]
     Directed,
     /// The length is above 1024.
     #[error("length must be between 0 and 1024, got {0}")]

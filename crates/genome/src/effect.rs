@@ -1,7 +1,8 @@
 //! Effects of painted materials: a light effect with a palette, and overlays over it.
 //!
-//! A painted genome mixes colours of a display by weights that sum to 1. It is not a BRDF: it has
-//! no layers, output stage or energy limit. docs/maths/painted.md has the formulas.
+//! A painted genome mixes colours of a display by weights that sum to 1. It is not a BRDF, and has
+//! no layers, output stage or energy limit unless its light effect is `by brdf`: it then paints
+//! what its BRDF reflects. docs/maths/painted.md has the formulas.
 
 mod kind;
 mod palette;
@@ -10,8 +11,8 @@ use std::fmt;
 
 use brood_brdf::{Parameter, ParameterValues};
 
+pub(crate) use kind::{BRDF, BY, COLOR, index_beside};
 pub use kind::{Basis, EffectKind};
-pub(crate) use kind::{COLOR, index_beside};
 pub(crate) use palette::hex;
 pub use palette::{PALETTE_MAX, PALETTE_MIN, Palette, PaletteError};
 
@@ -42,9 +43,12 @@ pub enum EffectsError {
     /// A kind is repeated.
     #[error("a genome can have one {0} effect, got two")]
     Twice(EffectKind),
-    /// There are layers.
-    #[error("a genome with effects cannot have models")]
-    Layers,
+    /// There are parts of a BRDF beside effects that do not paint one.
+    #[error("a genome with effects has no models, output stage or energy limit, unless `by brdf`")]
+    NotByBrdf,
+    /// There is no BRDF to paint.
+    #[error("`by brdf` needs a BRDF: a program, or at least one model")]
+    NoBrdf,
 }
 
 impl Effect {
@@ -131,6 +135,12 @@ impl Effect {
         (self.kind == EffectKind::Glass).then(|| kind::index(self.word("index")))
     }
 
+    /// True for a light effect that paints what the BRDF of its genome reflects.
+    #[must_use]
+    pub fn is_by_brdf(&self) -> bool {
+        self.kind == EffectKind::Light && self.word(BY) == BRDF
+    }
+
     /// Word of a choice.
     ///
     /// # Panics
@@ -154,12 +164,17 @@ impl fmt::Display for Effect {
     }
 }
 
-/// Checks the order and the number of effects.
-pub(crate) fn check(effects: &[Effect]) -> Result<(), EffectsError> {
-    for (index, effect) in effects.iter().enumerate() {
-        check_next(&effects[..index], effect.kind())?;
+impl Effect {
+    /// Checks the order and the number of effects.
+    ///
+    /// # Errors
+    /// Returns [`EffectsError`] if the first is not light, or a kind is repeated.
+    pub fn check_all(effects: &[Self]) -> Result<(), EffectsError> {
+        for (index, effect) in effects.iter().enumerate() {
+            check_next(&effects[..index], effect.kind())?;
+        }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Checks that an effect of a kind can follow others.
@@ -173,5 +188,12 @@ pub(crate) fn check_next(others: &[Effect], kind: EffectKind) -> Result<(), Effe
     }
 }
 
+/// True if effects paint what the BRDF of their genome reflects.
+pub(crate) fn are_by_brdf(effects: &[Effect]) -> bool {
+    effects.first().is_some_and(Effect::is_by_brdf)
+}
+
+#[cfg(test)]
+mod brdf_tests;
 #[cfg(test)]
 mod tests;

@@ -16,7 +16,8 @@ pub const LAYERS_MAX: usize = 4;
 /// A BRDF is f = scale (matrix (g^2 + sum of the layers)) + offset, where g is the result of the
 /// program: R0.xyz after the last instruction. A genome without a program has length 0, and at
 /// least one layer or effect. A genome with effects has no layers, the identity as output stage and
-/// no energy limit.
+/// no energy limit, unless its light effect is `by brdf`: then it is a BRDF and effects that paint
+/// it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Genome {
     dialect: Dialect,
@@ -125,7 +126,7 @@ impl Genome {
         if effects.is_empty() {
             return Err(GenomeError::Empty);
         }
-        effect::check(&effects)?;
+        Effect::check_all(&effects)?;
         let (output, limited, layers) = (Output::IDENTITY, false, Vec::new());
         Self { dialect, instructions, constants, output, limited, layers, effects }.checked()
     }
@@ -139,12 +140,28 @@ impl Genome {
         Self::painted(dialect, Vec::new(), Box::new([[0.0; 4]; CONSTANTS]), effects)
     }
 
+    /// Returns the BRDF of this genome under effects that paint what it reflects.
+    ///
+    /// # Errors
+    /// Returns [`GenomeError`] if the effects do not belong together or are not `by brdf`, or the
+    /// genome has no BRDF.
+    pub fn with_effects(self, effects: Vec<Effect>) -> Result<Self, GenomeError> {
+        Effect::check_all(&effects)?;
+        match effect::are_by_brdf(&effects) {
+            true => Self { effects, ..self }.checked(),
+            false => Err(EffectsError::NotByBrdf.into()),
+        }
+    }
+
     /// Returns the genome if its dialect, layers, instructions and constants are valid.
     fn checked(self) -> Result<Self, GenomeError> {
         let Self { dialect, instructions, constants, layers, .. } = &self;
-        match self.is_painted() {
-            true => dialect.validate_painted()?,
-            false => dialect.validate()?,
+        match self.has_brdf() {
+            true => dialect.validate()?,
+            false => dialect.validate_painted()?,
+        }
+        if self.is_by_brdf() && instructions.is_empty() && layers.is_empty() {
+            return Err(EffectsError::NoBrdf.into());
         }
         if layers.len() > LAYERS_MAX {
             return Err(GenomeError::Layers(layers.len()));
@@ -203,6 +220,18 @@ impl Genome {
         !self.effects.is_empty()
     }
 
+    /// True if the genome is a painted material whose light effect is `by brdf`.
+    #[must_use]
+    pub fn is_by_brdf(&self) -> bool {
+        effect::are_by_brdf(&self.effects)
+    }
+
+    /// True if the genome has a BRDF: it is one, or it paints one.
+    #[must_use]
+    pub fn has_brdf(&self) -> bool {
+        !self.is_painted() || self.is_by_brdf()
+    }
+
     /// Constants C0 to C127.
     #[inline]
     #[must_use]
@@ -246,10 +275,10 @@ impl Genome {
         Self { dialect, instructions, ..self }.checked()
     }
 
-    /// Returns the genome with another output stage. A painted genome stays as it is.
+    /// Returns the genome with another output stage. A genome without a BRDF stays as it is.
     #[must_use]
     pub fn with_output(self, output: Output) -> Self {
-        if self.is_painted() { self } else { Self { output, ..self } }
+        if self.has_brdf() { Self { output, ..self } } else { self }
     }
 
     /// Returns the genome with other constants.
@@ -263,9 +292,9 @@ impl Genome {
         Self { constants, ..self }
     }
 
-    /// Returns the genome with the energy limit on or off. A painted genome stays as it is.
+    /// Returns the genome with the energy limit on or off. A genome without a BRDF stays as it is.
     #[must_use]
     pub fn with_limit(self, limited: bool) -> Self {
-        if self.is_painted() { self } else { Self { limited, ..self } }
+        if self.has_brdf() { Self { limited, ..self } } else { self }
     }
 }

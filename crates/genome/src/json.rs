@@ -12,7 +12,8 @@ use pointer::{escaped, pointer};
 
 use crate::text::{parse_destination, parse_operand};
 use crate::{
-    CONSTANTS, Dialect, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode, Output,
+    CONSTANTS, Dialect, EffectsError, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
+    Output,
 };
 
 /// Error of [`Genome::from_json`].
@@ -114,7 +115,10 @@ impl Genome {
         if json.brood != 1 {
             return Err(error("/brood".into(), "the format version must be 1".into()));
         }
-        let validated = match json.effects.is_empty() {
+        let effects = effect::parse_all(&json.effects)
+            .map_err(|(at, reason)| error(format!("/effects{at}"), reason))?;
+        let has_brdf = effects.is_empty() || crate::effect::are_by_brdf(&effects);
+        let validated = match has_brdf {
             true => json.dialect.validate(),
             false => json.dialect.validate_painted(),
         };
@@ -146,10 +150,12 @@ impl Genome {
                 .map_err(|(at, reason)| error(format!("/layers/{index}{at}"), reason))?;
             layers.push(parsed);
         }
-        if !json.effects.is_empty() {
+        if has_brdf && !effects.is_empty() && instructions.is_empty() && layers.is_empty() {
+            let pointer = format!("/effects/0/parameters/{}", crate::effect::BY);
+            return Err(error(pointer, EffectsError::NoBrdf.to_string()));
+        }
+        if !has_brdf {
             check_unpainted(&json)?;
-            let effects = effect::parse_all(&json.effects)
-                .map_err(|(at, reason)| error(format!("/effects{at}"), reason))?;
             return Self::painted(json.dialect, instructions, constants, effects)
                 .map_err(|e| error(String::new(), e.to_string()));
         }
@@ -160,13 +166,17 @@ impl Genome {
             json.offset.unwrap_or(*identity.offset()),
         )
         .map_err(|e| error("/matrix".into(), e.to_string()))?;
-        Self::layered(json.dialect, instructions, constants, output, layers)
-            .map(|genome| genome.with_limit(json.limit))
-            .map_err(|e| error(String::new(), e.to_string()))
+        let genome = Self::layered(json.dialect, instructions, constants, output, layers)
+            .map(|genome| genome.with_limit(json.limit));
+        let painted = |genome: Self| match effects.is_empty() {
+            true => Ok(genome),
+            false => genome.with_effects(effects),
+        };
+        genome.and_then(painted).map_err(|e| error(String::new(), e.to_string()))
     }
 }
 
-/// Rejects parts that a painted genome cannot have.
+/// Rejects parts of a BRDF, which effects that paint light cannot have beside them.
 fn check_unpainted(json: &GenomeJson) -> Result<(), JsonError> {
     let parts = [
         ("layers", !json.layers.is_empty()),
@@ -177,7 +187,7 @@ fn check_unpainted(json: &GenomeJson) -> Result<(), JsonError> {
     ];
     match parts.into_iter().find(|(_, is_given)| *is_given) {
         Some((name, _)) => {
-            let reason = format!("a genome with effects has no {name}");
+            let reason = format!("a genome with effects has no {name}, unless `by brdf`");
             Err(JsonError { pointer: format!("/{name}"), reason })
         }
         None => Ok(()),

@@ -179,7 +179,7 @@ impl Locks {
     }
 
     fn validate_effects(&self, parent: &Genome) -> Result<(), LocksError> {
-        if parent.is_painted() && !self.channels.is_empty() {
+        if !parent.has_brdf() && !self.channels.is_empty() {
             return Err(LocksError::Channels);
         }
         let find = |given: EffectKind, pointer: String| {

@@ -10,6 +10,7 @@ mod strength;
 mod toward;
 
 use crate::believable::{self, Structure};
+use crate::effect;
 use crate::locks::{LockedEffects, ResolvedLocks};
 use crate::steer::Kept;
 use crate::{
@@ -299,13 +300,17 @@ impl<'a> Variation<'a> {
         }
         draft.output = self.output.unwrap_or(draft.output);
         let Draft { dialect, instructions, constants, output, limited, layers, effects } = draft;
-        if !effects.is_empty() {
+        if !effects.is_empty() && !effect::are_by_brdf(&effects) {
             return Genome::painted(dialect, instructions, constants, effects)
                 .expect("operators keep to the rules of effects");
         }
-        Genome::layered(dialect, instructions, constants, output, layers)
+        let brdf = Genome::layered(dialect, instructions, constants, output, layers)
             .expect("operators keep to the dialect")
-            .with_limit(self.limited.unwrap_or(limited))
+            .with_limit(self.limited.unwrap_or(limited));
+        match effects.is_empty() {
+            true => brdf,
+            false => brdf.with_effects(effects).expect("operators keep to the rules of effects"),
+        }
     }
 
     fn of(origin: Origin<'a>) -> Self {

@@ -311,3 +311,66 @@ fn words_of_styles_and_colours_round_trip() {
         }
     }
 }
+
+/// Style that paints a program with two models and an output stage.
+fn by_brdf(amount: &str) -> Program {
+    let text = format!(
+        "brood 1\n.dialect paper smooth registers 7\n.scale 0.5 1 2\n.model lambert\n\
+         .model conductor\n.effect light\nby brdf\n{amount}\n.effect silhouette\n\
+         ADD R0, R1, R2\n"
+    );
+    Program::lower(&text.parse::<Genome>().unwrap())
+}
+
+#[test]
+fn style_by_brdf_has_the_program_of_its_brdf() {
+    let style = by_brdf("brush 1");
+    assert!(style.is_painted() && style.is_by_brdf());
+    let text = "brood 1\n.dialect paper smooth registers 7\n.scale 0.5 1 2\n.model lambert\n\
+                .model conductor\nADD R0, R1, R2\n";
+    let brdf = Program::lower(&text.parse::<Genome>().unwrap());
+    assert_eq!(style.brdf(), Some(brdf.clone()));
+    assert_eq!(brdf.brdf(), Some(brdf.clone()));
+    assert_ne!(style.hash(), brdf.hash());
+    assert_eq!(style.divided(2.0).brdf(), Some(brdf.divided(2.0)));
+    let light = Program::lower(&"brood 1\n.effect light\n".parse::<Genome>().unwrap());
+    assert_eq!((light.brdf(), light.is_by_brdf()), (None, false));
+}
+
+#[test]
+fn style_by_brdf_reads_levels_and_neither_lights_nor_directions() {
+    for (amount, levels) in [("", 1), ("property box\nbrush 1\nshadow 0.5", 3)] {
+        for lights in [0, 1, 8] {
+            let lighting = brood_brdf::Lighting { lights, has_shadows: true };
+            let color = by_brdf(amount).painted(lighting);
+            assert!(color.layers().is_empty() && color.is_color());
+            let read = color.inputs();
+            let of_point = [Input::ReflectedStep, Input::NormalDotEye, Input::NormalDotEyeStep];
+            assert!(of_point.into_iter().all(|input| read.contains(input)), "{read:?}");
+            let of_brdf = Input::REFLECTED.into_iter().filter(|input| read.contains(*input));
+            assert_eq!(of_brdf.count(), levels);
+            assert_eq!(read.len(), of_point.len() + levels, "{read:?}");
+        }
+    }
+}
+
+#[test]
+fn words_of_styles_by_brdf_round_trip() {
+    let alone = "brood 1\n.dialect paper smooth registers 7\n.effect light\nby brdf\n\
+                 ADD R0, R1, R2\n";
+    let alone = Program::lower(&alone.parse::<Genome>().unwrap());
+    for program in [by_brdf(""), alone] {
+        let words = program.to_words();
+        assert_eq!(Program::from_words(&words).unwrap(), program);
+        for end in 0..words.len() {
+            assert!(Program::from_words(&words[..end]).is_err(), "{end}");
+        }
+        for at in 0..words.len() {
+            let mut broken = words.clone();
+            broken[at] ^= 1 << (at % 32);
+            if let Ok(other) = Program::from_words(&broken) {
+                assert_eq!(Program::from_words(&other.to_words()), Ok(other));
+            }
+        }
+    }
+}

@@ -6,6 +6,7 @@
 
 mod glass;
 mod ramp;
+mod reflected;
 
 use brood_brdf::Lighting;
 use brood_genome::{
@@ -59,7 +60,8 @@ impl Program {
 /// Adds the steps of a style's program, and returns 2 p - 1 with p = g^2 / (1 + g^2) of the first
 /// result; 0 if that is a constant, as it is without a program.
 fn shift(program: &Program, builder: &mut Builder) -> Reference {
-    if matches!(program.results[0], Operand::Constant(_)) {
+    // The program of a BRDF makes the light instead.
+    if program.is_by_brdf() || matches!(program.results[0], Operand::Constant(_)) {
         return builder.constant(0.0);
     }
     let constants: Vec<Reference> =
@@ -113,6 +115,9 @@ impl Painter<'_> {
     fn amounts(&mut self, effect: &Effect) -> [Amount; 3] {
         if effect.word("by") == "facing" {
             return [self.facing(effect); 3];
+        }
+        if effect.is_by_brdf() {
+            return self.reflected(effect);
         }
         self.quantities(effect).map(|quantity| {
             let mut rest = self.all();

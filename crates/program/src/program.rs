@@ -49,8 +49,9 @@ pub enum Meaning {
     /// g of a BRDF: f is g^2 plus the reflectance of the layers, through the output stage.
     Reflectance,
     /// Effects of a painted material. The results are those of its program, which shifts the amount
-    /// of light; all 0 without one. A style is lowered for a number of lights before it is
-    /// evaluated: see [`Program::painted`].
+    /// of light; all 0 without one. If the light effect is `by brdf`, all but the effects is the
+    /// BRDF that they paint: see [`Program::brdf`]. A style is lowered for a number of lights
+    /// before it is evaluated: see [`Program::painted`].
     Style(Vec<Effect>),
     /// Colours of a display, within [0, 1].
     Color,
@@ -62,7 +63,7 @@ pub enum Meaning {
 /// # Invariants
 /// Every step is reachable from a result. Steps are in post-order from the red, the green and the
 /// blue result, so equal programs have equal words whatever genome they came from. Results are g up
-/// to sign, or colours. Only BRDFs have layers and an output stage.
+/// to sign, or colours. Only BRDFs, and styles that paint one, have layers and an output stage.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     pub(crate) steps: Vec<Step>,
@@ -116,6 +117,20 @@ impl Program {
         self.meaning != Meaning::Reflectance
     }
 
+    /// True if the program is a style that paints what its BRDF reflects.
+    #[must_use]
+    pub fn is_by_brdf(&self) -> bool {
+        matches!(&self.meaning, Meaning::Style(effects) if effects.iter().any(Effect::is_by_brdf))
+    }
+
+    /// Returns the BRDF of the program: of a style the one that it paints, of a BRDF itself. `None`
+    /// if there is none.
+    #[must_use]
+    pub fn brdf(&self) -> Option<Self> {
+        let has_brdf = !self.is_painted() || self.is_by_brdf();
+        has_brdf.then(|| Self { meaning: Meaning::Reflectance, ..self.clone() })
+    }
+
     /// True if the results are colours of a display.
     #[must_use]
     #[inline]
@@ -159,10 +174,10 @@ impl Program {
     }
 
     /// Returns the program whose reflectance is this program's divided by `divisor`; see
-    /// [`Output::divided`]. A painted program stays as it is.
+    /// [`Output::divided`]. A program without a BRDF stays as it is.
     #[must_use]
     pub fn divided(self, divisor: f64) -> Self {
-        if self.is_painted() {
+        if self.is_painted() && !self.is_by_brdf() {
             return self;
         }
         Self { output: self.output.divided(divisor), ..self }

@@ -10,7 +10,8 @@
 //! its kind and two words (low, high half) for each of its parameter values.
 //!
 //! Styles and programs of colours have versions of their own, too. The effects of a style follow
-//! the steps, see `style.rs`.
+//! the steps, see `style.rs`. A style that paints a BRDF has a version for its layers, of which
+//! there may be none: they are between the steps and the effects.
 
 mod part;
 mod style;
@@ -26,6 +27,7 @@ const VERSION: u32 = 0x4252_4401;
 const LAYERED_VERSION: u32 = 0x4252_4402;
 const STYLE_VERSION: u32 = 0x4252_4403;
 const COLOR_VERSION: u32 = 0x4252_4404;
+const BRDF_STYLE_VERSION: u32 = 0x4252_4405;
 /// Number of words before the output stage.
 const HEADER: usize = 6;
 /// Number of words of the output stage: matrix, scale and offset.
@@ -45,6 +47,7 @@ impl Program {
         let version = match &self.meaning {
             Meaning::Reflectance if self.layers.is_empty() => VERSION,
             Meaning::Reflectance => LAYERED_VERSION,
+            Meaning::Style(_) if self.is_by_brdf() => BRDF_STYLE_VERSION,
             Meaning::Style(_) => STYLE_VERSION,
             Meaning::Color => COLOR_VERSION,
         };
@@ -61,7 +64,7 @@ impl Program {
             words.push(u32::from(step.operation.number()) << 24 | operand_word(step.a));
             words.push(operand_word(step.b));
         }
-        if !self.layers.is_empty() {
+        if matches!(version, LAYERED_VERSION | BRDF_STYLE_VERSION) {
             words.push(length(self.layers.len()));
         }
         for model in &self.layers {
@@ -84,6 +87,7 @@ impl Program {
             VERSION | COLOR_VERSION => (false, false),
             LAYERED_VERSION => (true, false),
             STYLE_VERSION => (false, true),
+            BRDF_STYLE_VERSION => (true, true),
             _ => return Err(WordsError::Version),
         };
         let (constants, steps) = (header[1] as usize, header[2] as usize);
@@ -98,18 +102,28 @@ impl Program {
             return Err(WordsError::Length);
         }
         let reader = Reader { words, constants };
+        let (layers, end) = match has_layers {
+            true => reader.layers(first_layer, if is_style { 0 } else { 1 })?,
+            false => (Vec::new(), first_layer),
+        };
         let mut program = Self {
             steps: Vec::with_capacity(steps),
             constants: Vec::with_capacity(constants),
             results: [Operand::Constant(0); 3],
             output: reader.output()?,
-            layers: if has_layers { reader.layers(first_layer)? } else { Vec::new() },
+            layers,
             meaning: match header[0] {
-                STYLE_VERSION => Meaning::Style(style::read(words, first_layer)?),
+                STYLE_VERSION | BRDF_STYLE_VERSION => Meaning::Style(style::read(words, end)?),
                 COLOR_VERSION => Meaning::Color,
                 _ => Meaning::Reflectance,
             },
         };
+        if is_style && program.is_by_brdf() != has_layers {
+            return Err(WordsError::Effect(end));
+        }
+        if !is_style && end != words.len() {
+            return Err(WordsError::Length);
+        }
         for index in 0..constants {
             program.constants.push(reader.constant(first_constant + 3 * index)?);
         }
@@ -151,10 +165,10 @@ impl Reader<'_> {
         if fits { Ok(Constant { canonical, reference }) } else { Err(WordsError::Number(at)) }
     }
 
-    /// Reads the layers, which end with the words.
-    fn layers(&self, start: usize) -> Result<Vec<Model>, WordsError> {
+    /// Reads the layers, at least `least`, and returns the index of the word after them.
+    fn layers(&self, start: usize, least: usize) -> Result<(Vec<Model>, usize), WordsError> {
         let count = self.words[start] as usize;
-        if !(1..=LAYERS_MAX).contains(&count) {
+        if !(least..=LAYERS_MAX).contains(&count) {
             return Err(WordsError::Model(start));
         }
         let mut at = start + 1;
@@ -173,7 +187,7 @@ impl Reader<'_> {
             layers.push(model);
             at = end;
         }
-        if at == self.words.len() { Ok(layers) } else { Err(WordsError::Length) }
+        Ok((layers, at))
     }
 
     /// Reads step `index` from the words at `at`.

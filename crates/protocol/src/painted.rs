@@ -9,7 +9,8 @@ use crate::BreedOptions;
 pub enum PaintedError {
     /// One of two parents is painted.
     #[error(
-        "a painted material can be recombined only with another one: the other parent is a BRDF"
+        "a painted material can be recombined only with another one: the other parent is a BRDF, \
+         which `by brdf` would paint"
     )]
     Mixed,
     /// A saturation below 1.
@@ -78,6 +79,9 @@ impl BreedOptions {
         if !is_painted {
             return if self.painting.is_some() { Err(PaintedError::Painting) } else { Ok(()) };
         }
+        if parents.first().is_some_and(|first| first.has_brdf()) {
+            return Ok(());
+        }
         check_painted_defaults(self.saturation, self.energy_limit)
     }
 }
@@ -101,6 +105,10 @@ mod tests {
         let limited = BreedOptions { energy_limit: Some(true), ..BreedOptions::default() };
         let error = limited.check_painted(&[&painted], false).unwrap_err();
         assert_eq!((error, error.pointer()), (PaintedError::EnergyLimit, "/energy_limit"));
+        let toon = "brood 1\n.model lambert\n.effect light\nby brdf\n".parse().unwrap();
+        assert_eq!(grey.check_painted(&[&toon, &painted], true), Ok(()));
+        assert_eq!(limited.check_painted(&[&toon], true), Ok(()));
+        assert_eq!(plain.check_painted(&[&toon, &model], true), Err(PaintedError::Mixed));
         let kept = BreedOptions {
             saturation: Some(1.0),
             energy_limit: Some(false),

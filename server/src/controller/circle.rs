@@ -258,11 +258,9 @@ pub async fn circle_ev(
 ) -> Result<f64, ApiError> {
     let circle = app.library.light_circle(scene).await?;
     let material = app.library.material(individual.hash).await?;
-    if material.genome.is_painted() {
-        // Colours of a display have no exposure.
-        return Ok(0.0);
-    }
-    app.processors.run(move || circle.common_ev(&material.program)).await
+    // Colours of a display have no exposure.
+    let Some(brdf) = material.program.brdf() else { return Ok(0.0) };
+    app.processors.run(move || circle.common_ev(&brdf)).await
 }
 
 /// Returns the decoded pixels of pictures of one size.

@@ -231,6 +231,16 @@ crate::named_enum! {
         Light7CosStep => "c/px.7",
         /// Length of the gradient of r . l over a pixel, at most 1.
         Light7MirrorStep => "m/px.7",
+        /// L / (1 + L) of the luminance L that the BRDF of a painted material reflects.
+        ReflectedLevel => "l",
+        /// L / (1 + L) of the red that it reflects.
+        ReflectedRed => "l.r",
+        /// L / (1 + L) of the green that it reflects.
+        ReflectedGreen => "l.g",
+        /// L / (1 + L) of the blue that it reflects.
+        ReflectedBlue => "l.b",
+        /// Length of the gradient of the level over a pixel, at most 1.
+        ReflectedStep => "l/px",
         /// Red of what the mirrored eye ray sees, in display values.
         MirroredRed => "mirrored.r",
         /// Green of what the mirrored eye ray sees.
@@ -288,14 +298,17 @@ crate::named_enum! {
 
 /// Index of the first input of the first light.
 const FIRST_OF_LIGHTS: usize = Input::Light0Cos as usize;
-/// Index behind the last input of the last light.
-const END_OF_LIGHTS: usize = Input::Light7MirrorStep as usize + 1;
+/// Index after the last input of the last light.
+const END_OF_LIGHTS: usize = FIRST_OF_LIGHTS + Input::LIGHTS * LightInput::ALL.len();
 const _: () = assert!(
-    FIRST_OF_LIGHTS + Input::LIGHTS * LightInput::ALL.len() == END_OF_LIGHTS,
-    "the inputs of lights are contiguous"
+    Input::Light7MirrorStep as usize + 1 == END_OF_LIGHTS,
+    "the inputs of lights follow each other"
 );
 
 impl Input {
+    /// L / (1 + L) of what the BRDF of a painted material reflects: luminance, red, green, blue.
+    pub const REFLECTED: [Self; 4] =
+        [Self::ReflectedLevel, Self::ReflectedRed, Self::ReflectedGreen, Self::ReflectedBlue];
     /// Largest number of lights that painted materials distinguish.
     pub const LIGHTS: usize = 8;
     /// Number of inputs that are symmetric functions of a direction pair: those of BRDFs, the first
@@ -326,10 +339,8 @@ impl Input {
     /// Returns the light and the quantity of an input of lights; `None` for the others.
     #[must_use]
     pub fn light(self) -> Option<(usize, LightInput)> {
-        let place = self.index().checked_sub(FIRST_OF_LIGHTS)?;
-        if self.index() >= END_OF_LIGHTS {
-            return None;
-        }
+        let in_order = self.index() < END_OF_LIGHTS;
+        let place = self.index().checked_sub(FIRST_OF_LIGHTS).filter(|_| in_order)?;
         let count = LightInput::ALL.len();
         Some((place / count, LightInput::ALL[place % count]))
     }

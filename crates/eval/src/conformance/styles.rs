@@ -20,8 +20,8 @@ const LIGHTINGS: [Lighting; 4] = [
     Lighting { lights: 8, has_shadows: true },
 ];
 
-/// Returns a painted genome with random effects and palette; half of them have a program. A quarter
-/// of the numbers are at the ends of their ranges.
+/// Returns a painted genome with random effects and palette; half of them have a program, and those
+/// that paint a BRDF always. A quarter of the numbers are at the ends of their ranges.
 #[must_use]
 pub fn wild_style(seed: u64) -> Genome {
     let key = BirthKey { seed, slot: 0, attempt: 0 };
@@ -40,7 +40,7 @@ pub fn wild_style(seed: u64) -> Genome {
             effects.insert(place, effect(*kind, None, stream));
         }
     }
-    if stream.below(2) == 0 {
+    if stream.below(2) == 0 && !effects[0].is_by_brdf() {
         return Genome::of_effects(effects).expect("the first effect is light");
     }
     let program = Variation::random(brood_genome::Dialect::default()).birth(key);
@@ -100,7 +100,9 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
         column(Input::Depth, -1.0),
         column(Input::NormalDotEyeStep, 0.0),
         column(Input::DepthStep, 0.0),
+        column(Input::ReflectedStep, 0.0),
     ];
+    columns.extend(Input::REFLECTED.map(|input| column(input, 0.0)));
     for light in 0..lighting.lights {
         for quantity in LightInput::ALL {
             let low = match quantity {

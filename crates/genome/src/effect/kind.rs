@@ -68,19 +68,27 @@ const PROPERTY: Parameter = Parameter::choice(
 const LIGHT: &[Parameter] = &[
     Parameter::choice("basis", "transition between colours, S", BASES),
     Parameter::scalar("feather", "width of a transition, f", 0.1, (0.0, 1.0)),
-    Parameter::choice("by", "source of the amount: lights, or the direction to the eye", BY),
+    Parameter::choice(
+        BY,
+        "source of the amount: lights, the direction to the eye, or what a BRDF reflects",
+        SOURCES,
+    ),
     Parameter::scalar("exponent", "power of the cosine to the eye, if by facing", 1.0, (1.0, 8.0))
         .logarithmic(),
-    Parameter::scalar("from", "cosine of the darkest amount, t0", 0.0, (-1.0, 1.0)),
-    Parameter::scalar("to", "cosine of the brightest amount, t1", 1.0, (-1.0, 1.0)),
+    Parameter::scalar("from", "cosine or level of the darkest amount, t0", 0.0, (-1.0, 1.0)),
+    Parameter::scalar("to", "cosine or level of the brightest amount, t1", 1.0, (-1.0, 1.0)),
     SHADOW,
     STRENGTH,
     Parameter::scalar("brush", "shift of the amount by the program, w", 0.0, (0.0, 1.0)),
     PROPERTY,
 ];
 
-/// Words of the choice `by`.
-const BY: &[&str] = &["light", "facing"];
+/// Name of the choice of what makes the amount of light.
+pub(crate) const BY: &str = "by";
+/// Word of [`BY`]: the amount is what the BRDF of the genome reflects.
+pub(crate) const BRDF: &str = "brdf";
+/// Words of [`BY`]. Mutation draws among the others, see `variation/paint/value.rs`.
+const SOURCES: &[&str] = &["light", "facing", BRDF];
 
 const SILHOUETTE: &[Parameter] = &[
     Parameter::display_color(COLOR, "colour of the silhouette", [0x1a, 0x10, 0x20]),

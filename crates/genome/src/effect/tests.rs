@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::{BirthKey, BytesError, Dialect, Genome, ParameterKind, Variation};
+use crate::{BirthKey, Dialect, Genome, ParameterKind, Variation};
 
 const TOON: &str = "brood 1
 .effect light
@@ -38,7 +38,9 @@ fn effects() -> impl Strategy<Value = Vec<Effect>> {
                 let mut draw = || {
                     let value = parameter.at_share(shares.next().expect("a cycle has no end"));
                     let is_choice = matches!(parameter.kind, ParameterKind::Choice { .. });
-                    if is_choice { value.floor() } else { value }
+                    // `by brdf` needs a BRDF.
+                    let most = if parameter.name == BY { 1.0 } else { f64::INFINITY };
+                    if is_choice { value.floor().min(most) } else { value }
                 };
                 let drawn: Vec<f64> = (0..parameter.count()).map(|_| draw()).collect();
                 values.set(parameter.name, &drawn).expect("the values are within the range");
@@ -252,7 +254,7 @@ fn directed_programs_need_effects() {
     assert!(genome.to_string().contains(".dialect directed smooth registers 12\n"));
     assert_eq!(Genome::from_json(genome.to_json()).unwrap(), genome);
     assert_eq!(Genome::from_canonical_bytes(&genome.canonical_bytes()), Ok(genome.clone()));
-    let expected = "the opcode set `directed` is for genomes with effects";
+    let expected = "the opcode set `directed` is for genomes with effects that are not `by brdf`";
     assert!(error(&format!("brood 1\n{program}")).contains(expected));
     let mut json = genome.to_json();
     json.as_object_mut().unwrap().remove("effects");
@@ -268,5 +270,6 @@ fn bytes_reject_a_limit_beside_effects() {
     let switches = b"brood genome 1\n".len() + 5;
     assert_eq!(bytes[switches], 16);
     bytes[switches] |= 4;
-    assert_eq!(Genome::from_canonical_bytes(&bytes), Err(BytesError::Painted));
+    let refused = crate::GenomeError::from(EffectsError::NotByBrdf);
+    assert_eq!(Genome::from_canonical_bytes(&bytes), Err(refused.into()));
 }

@@ -41,6 +41,17 @@ impl EffectReader {
         self.kind
     }
 
+    /// Line and column of the value given for a parameter, or else of the effect.
+    pub(super) fn place(&self, parameter: &str) -> (u32, u32) {
+        let found = self.given.iter().find(|(name, _)| name == parameter);
+        found.map_or(self.begin, |(_, at)| *at)
+    }
+
+    /// Line and column of the `.effect` line.
+    pub(super) fn begin(&self) -> (u32, u32) {
+        self.begin
+    }
+
     /// Reads a line of a parameter, a palette or edges; `word` is its name.
     pub(super) fn parameter(
         &mut self,
@@ -81,15 +92,14 @@ impl EffectReader {
 
     /// Returns the effect.
     pub(super) fn finish(self) -> Result<Effect, TextError> {
-        let Self { kind, values, colors, edges, begin, given } = self;
         let error = |parameter: &str, reason: String| {
-            let found = given.iter().find(|(name, _)| name == parameter);
-            let (line, column) = found.map_or(begin, |(_, at)| *at);
+            let (line, column) = self.place(parameter);
             TextError { line, column, reason }
         };
-        let palette = Palette::new(colors, edges)
+        let palette = Palette::new(self.colors.clone(), self.edges.clone())
             .map_err(|palette| error(palette.parameter(), palette.to_string()))?;
-        Effect::new(kind, values, kind.has_palette().then_some(palette))
+        let palette = self.kind.has_palette().then_some(palette);
+        Effect::new(self.kind, self.values.clone(), palette)
             .map_err(|effect| error(effect.parameter, effect.reason))
     }
 

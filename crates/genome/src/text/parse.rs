@@ -8,8 +8,8 @@ use super::effect::EffectReader;
 use crate::effect::{self, Effect, Palette};
 use crate::operand::LETTERS;
 use crate::{
-    CONSTANTS, Dialect, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet,
-    Operand, Output, Parametrisation, RANGE, Register, Swizzle, WriteMask,
+    CONSTANTS, Dialect, EffectsError, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
+    OpcodeSet, Operand, Output, Parametrisation, RANGE, Register, Swizzle, WriteMask,
 };
 
 /// Largest number of instructions that a dialect allows; bounds the memory for any input.
@@ -69,8 +69,10 @@ struct Reader {
     effects: Vec<Effect>,
     /// Effect whose lines are being read.
     effect: Option<EffectReader>,
-    /// First word of a line that a painted genome cannot have, with its name.
+    /// Name of the first line of a BRDF that genomes painted by light cannot have.
     unpainted: Option<&'static str>,
+    /// Line and column of the word `brdf` of the light effect.
+    by_brdf: Option<(u32, u32)>,
 }
 
 impl Default for Reader {
@@ -89,6 +91,7 @@ impl Default for Reader {
             effects: Vec::new(),
             effect: None,
             unpainted: None,
+            by_brdf: None,
         }
     }
 }
@@ -147,16 +150,14 @@ impl Reader {
         self.effect.is_some() && matches!(first, Some(Palette::COLORS | "color"))
     }
 
-    /// Rejects lines that BRDFs have beside an effect, and an effect beside them.
+    /// Rejects lines of BRDFs after effects that paint light.
     fn check_unpainted(&mut self, word: Word<'_>) -> Result<(), TextError> {
         const UNPAINTED: [&str; 5] = [".model", ".limit", ".matrix", ".scale", ".offset"];
         let name = UNPAINTED.into_iter().find(|name| *name == word.text);
-        let is_effect = word.text == ".effect";
-        if let (Some(name), false) = (name, self.effects.is_empty()) {
-            return Err(word.error(format!("a genome with effects has no {name} line")));
-        }
-        if let (Some(name), true) = (self.unpainted, is_effect) {
-            return Err(word.error(format!("a genome with a {name} line has no effects")));
+        let paints_light = !self.effects.is_empty() && self.by_brdf.is_none();
+        if let (Some(name), true) = (name, paints_light) {
+            let reason = format!("a genome with effects has no {name} line, unless `by brdf`");
+            return Err(word.error(reason));
         }
         self.unpainted = self.unpainted.or(name);
         Ok(())
@@ -173,9 +174,17 @@ impl Reader {
 
     /// Ends the effect whose lines are being read.
     fn end_effect(&mut self) -> Result<(), TextError> {
-        if let Some(effect) = self.effect.take() {
-            self.effects.push(effect.finish()?);
+        let Some(reader) = self.effect.take() else { return Ok(()) };
+        let ((line, column), by) = (reader.begin(), reader.place(effect::BY));
+        let effect = reader.finish()?;
+        if effect.is_by_brdf() {
+            self.by_brdf = Some(by);
+        } else if let (Some(name), None) = (self.unpainted, self.by_brdf) {
+            // Only now is it known that the effect paints light.
+            let reason = format!("a genome with a {name} line has no effects, unless `by brdf`");
+            return Err(TextError { line, column, reason });
         }
+        self.effects.push(effect);
         Ok(())
     }
 
@@ -288,13 +297,21 @@ impl Reader {
             self.offset.unwrap_or(*identity.offset()),
         )
         .map_err(|e| error(e.to_string()))?;
-        let Self { instructions, constants, layers, effects, .. } = self;
-        if !effects.is_empty() {
+        let Self { instructions, constants, layers, effects, by_brdf, .. } = self;
+        if let Some((line, column)) = by_brdf.filter(|_| dialect.length == 0 && layers.is_empty()) {
+            return Err(TextError { line, column, reason: EffectsError::NoBrdf.to_string() });
+        }
+        if !effects.is_empty() && by_brdf.is_none() {
             let genome = Genome::painted(dialect, instructions, constants, effects);
             return genome.map_err(|e| error(e.to_string()));
         }
         let genome = Genome::layered(dialect, instructions, constants, output, layers);
-        genome.map(|genome| genome.with_limit(limited)).map_err(|e| error(e.to_string()))
+        let genome = genome.map(|genome| genome.with_limit(limited));
+        let painted = |genome: Genome| match effects.is_empty() {
+            true => Ok(genome),
+            false => genome.with_effects(effects),
+        };
+        genome.and_then(painted).map_err(|e| error(e.to_string()))
     }
 }
 

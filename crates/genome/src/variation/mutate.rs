@@ -7,6 +7,7 @@ use super::draft::Draft;
 use super::strength::{MutationScale, Part, Strength};
 use super::{layer, paint, random, toward};
 use crate::believable::{self, Rules, Structure};
+use crate::effect;
 use crate::liveness::{RESULT, walk_backwards};
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
@@ -111,8 +112,12 @@ pub(super) fn draft(draft: &mut Draft, key: BirthKey, how: How, locked: &Resolve
     let force = force && draft.instructions.is_empty();
     if !draft.effects.is_empty() {
         // A change of the program may not show, so that one of the effects is forced too.
+        let is_by_brdf = effect::are_by_brdf(&draft.effects);
         let amounts = (mutation, !draft.instructions.is_empty());
-        return paint::mutate(&mut draft.effects, amounts, (key, how.force), locked.effects());
+        paint::mutate(&mut draft.effects, amounts, (key, how.force), locked.effects());
+        if !is_by_brdf {
+            return;
+        }
     }
     let strength = strength(Part::Layers);
     layer::mutate(&mut draft.layers, strength, key, force, locked.layers());

@@ -18,19 +18,25 @@ const SWITCH_RATE: f32 = 1.0 / 24.0;
 ///
 /// A constant comes from the parent whose instructions read it. If both do, it is drawn with the
 /// same share; if neither does, it stays the first's. The child's dialect, output stage and energy
-/// limit are the first's, as is everything locked. Layers are crossed separately.
+/// limit are the first's, as is everything locked. Layers are crossed separately. Beside a painted
+/// parent by another source (light or a BRDF), all but the effects is the first's.
 pub(super) fn draft(
     (first, second): (&Genome, &Genome),
     recombination: f32,
     key: BirthKey,
     (how, locked): (How, &ResolvedLocks),
 ) -> Draft {
-    let believable = parameters((first, second), recombination, key, (how, locked));
+    let believable = || parameters((first, second), recombination, key, (how, locked));
     let program = || program((first, second), recombination, key, locked);
-    let mut draft = believable.unwrap_or_else(program);
+    let mut draft = match first.is_by_brdf() == second.is_by_brdf() {
+        true => believable().unwrap_or_else(program),
+        false => Draft::copy(first),
+    };
     if first.is_painted() {
         let parents = (first.effects(), second.effects());
         draft.effects = paint::recombine(parents, recombination, key, locked.effects());
+    }
+    if first.is_painted() && !(first.is_by_brdf() && second.is_by_brdf()) {
         return draft;
     }
     let may_lose = !draft.instructions.is_empty();

@@ -2,7 +2,7 @@
 //! if the kind has one (number of colours, one word 0xRRGGBB for each, two words for each edge),
 //! and two words for each parameter value.
 
-use brood_genome::{Effect, EffectKind, Genome, Palette, Parameter, ParameterValues};
+use brood_genome::{Effect, EffectKind, Palette, Parameter, ParameterValues};
 
 use super::part::{WordsError, halves, joined, length};
 
@@ -28,8 +28,7 @@ pub(super) fn read(words: &[u32], start: usize) -> Result<Vec<Effect>, WordsErro
     if reader.at != words.len() {
         return Err(WordsError::Length);
     }
-    // A genome checks the order of effects.
-    Genome::of_effects(effects.clone()).map_err(|_| WordsError::Effect(start))?;
+    Effect::check_all(&effects).map_err(|_| WordsError::Effect(start))?;
     Ok(effects)
 }
 

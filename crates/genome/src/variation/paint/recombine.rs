@@ -1,5 +1,6 @@
 //! Crossover of effects.
 
+use crate::effect;
 use crate::locks::LockedEffects;
 use crate::random::{Operator, Stream};
 use crate::{BirthKey, Effect, EffectKind, Palette};
@@ -89,7 +90,12 @@ pub(in super::super) fn recombine(
     let more = second.iter().filter(|theirs| find(first, theirs.kind()).is_none());
     child.extend(more.filter(|theirs| takes(Part::Effect(theirs.kind()))).cloned());
     let source = if takes(Part::Palette) { second } else { first };
-    let light = Effect::new(EffectKind::Light, child[0].values().clone(), palette(source).cloned());
+    let mut values = child[0].values().clone();
+    if effect::are_by_brdf(first) != effect::are_by_brdf(second) {
+        // Only the first's source fits the child, which has its program and layers.
+        values.choose(effect::BY, first[0].word(effect::BY)).expect("it is a word of the choice");
+    }
+    let light = Effect::new(EffectKind::Light, values, palette(source).cloned());
     child[0] = light.expect("both parts are valid");
     child
 }

@@ -7,6 +7,8 @@ use crate::EffectKind;
 const COSINES: (f64, f64) = (-1.0, 1.0);
 /// Thresholds of an outline, as 1 - n.e.
 const OUTLINE: (f64, f64) = (0.0, 1.0);
+/// Levels of what a BRDF reflects.
+const LEVELS: (f64, f64) = (0.0, 1.0);
 /// Widths of outlines and sizes of highlights, on a logarithmic scale.
 const SIZES: (f64, f64) = (0.002, 1.0);
 /// Shares of the mirror.
@@ -45,6 +47,14 @@ pub(super) fn moved(kind: EffectKind, (from, to): (f64, f64), steps: [f64; 2]) -
         EffectKind::Distance => {
             sorted(linear(from, DEPTHS, steps[0]), linear(to, DEPTHS, steps[1]))
         }
+    }
+}
+
+/// As [`moved`], for a light effect by levels of what a BRDF reflects.
+pub(super) fn moved_levels((from, to): (f64, f64), steps: [f64; 2]) -> (f64, f64) {
+    match steps == [0.0; 2] {
+        true => (from, to),
+        false => sorted(linear(from, LEVELS, steps[0]), linear(to, LEVELS, steps[1])),
     }
 }
 

@@ -3,8 +3,7 @@
 use brood_brdf::{Parameter, ParameterKind, ParameterValues};
 
 use super::threshold::{self, reflected};
-use crate::EffectKind;
-use crate::effect;
+use crate::effect::{self, EffectKind};
 use crate::locks::LockedEffects;
 use crate::random::Stream;
 
@@ -59,11 +58,24 @@ fn scaled(parameter: &Parameter, value: f64, step: f64) -> f64 {
     parameter.at_share(reflected(parameter.share(value) + step))
 }
 
+/// Source of a light effect's amount; `None` for other effects.
+fn source(values: &ParameterValues) -> Option<&'static str> {
+    let mut parameters = values.iter();
+    let found = parameters.find(|(parameter, _)| parameter.name == effect::BY);
+    found.and_then(|(parameter, values)| parameter.word(values))
+}
+
 /// True if children without a change of this number would look alike: it acts only beside another
 /// parameter or a program.
 fn is_idle(values: &ParameterValues, name: &str, has_program: bool) -> bool {
-    let is_by_light = values.get("by").is_some_and(|by| by[0] <= 0.0);
-    name == "brush" && !has_program || name == "exponent" && is_by_light
+    let source = source(values);
+    let is_brdf = source == Some(effect::BRDF);
+    match name {
+        "brush" => !has_program || is_brdf,
+        "exponent" => source.is_some_and(|source| source != "facing"),
+        "shadow" => is_brdf,
+        _ => false,
+    }
 }
 
 /// Mutates the numbers and choices that are not locked.
@@ -92,14 +104,18 @@ pub(super) fn mutate(
                     _ => CHOICE_RATE,
                 };
                 let is_drawn = f64::from(stream.unit()) < rate * amount;
-                let draw = stream.below(words.len() as u32 - 1);
+                // A genome has a BRDF to paint or not: mutation does not add or remove it.
+                let is_source = name == effect::BY;
+                let fixed = usize::from(is_source);
+                let is_fixed = is_source && words[value as usize] == effect::BRDF;
+                let draw = stream.below((words.len() - fixed) as u32 - 1);
                 let other = match name {
                     "index" => f64::from(effect::index_beside(value as u8, draw % 2 == 0)),
                     // Any word but the present one.
                     _ if f64::from(draw) >= value => f64::from(draw) + 1.0,
                     _ => f64::from(draw),
                 };
-                if is_drawn { other } else { value }
+                if is_drawn && !is_fixed { other } else { value }
             }
             ParameterKind::Color { .. } | ParameterKind::DisplayColor { .. } => continue,
         };
@@ -145,7 +161,10 @@ fn move_thresholds(
 ) {
     let scalar = |name: &str| values.get(name).expect("all effects have thresholds")[0];
     let old = (scalar("from"), scalar("to"));
-    let new = threshold::moved(kind, old, steps);
+    let new = match source(values) {
+        Some(effect::BRDF) => threshold::moved_levels(old, steps),
+        _ => threshold::moved(kind, old, steps),
+    };
     let new = match (locked.locks(kind, "from"), locked.locks(kind, "to")) {
         (false, false) => new,
         (true, false) => (old.0, new.1.max(old.0)),
