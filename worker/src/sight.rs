@@ -135,8 +135,8 @@ impl Renderer {
         Ok(Sight { ways, mirrored, numbers, rays, colors, own })
     }
 
-    /// Returns the colours that rays see of a part of the scene with a material. The rays are in the
-    /// unit frame of the part of the shot.
+    /// Returns the colours that rays see of a part of the scene with a material. The rays are in
+    /// the unit frame of the part of the shot.
     pub(crate) fn seen_along(
         &self,
         shot: &Shot<'_>,

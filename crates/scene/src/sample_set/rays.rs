@@ -90,7 +90,7 @@ impl SampleSet {
         let image = ImageLayout {
             width,
             height: 1,
-            size_px,
+            size_px: PictureSize { width, height: 1 },
             area: PixelArea { x: 0, y: 0, width, height: 1 },
             sampling: Sampling::Fixed(1),
             scale: 1.0,
