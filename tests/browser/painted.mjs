@@ -151,4 +151,25 @@ export async function painted(app, step, shot) {
     assert.equal(await own.getByText("the picture must be a PNG or JPEG file").count(), 0);
     await own.getByRole("button", { name: "Clear the colours" }).click();
   });
+
+  await step("makes a toon shape of a BRDF", async () => {
+    await app.id("lineage-menu").click();
+    await app.id("lineage-name").fill("toon shapes");
+    await page.getByRole("radio", { name: "models" }).check();
+    const models = await app.generation(await app.becomes(() => app.id("lineage-new").click()));
+    const made = await app.generation(await app.becomes(() => app.id("toon-shape").click()));
+    const [one] = made.individuals;
+    assert.deepEqual(made.parents, [models.centre.id]);
+    const [light] = await effects(app, one);
+    assert.equal(light.parameters.by, "brdf");
+    await details.getByTestId("painted-note").filter({ hasText: "paints what its BRDF" }).waitFor();
+    await app.id("exports").locator("summary").click();
+    await app.id("export-by-brdf").waitFor();
+    await app.id("exports").locator("summary").click();
+    assert.ok(!(await app.id("energy-limit").isDisabled()), "the limit acts on the BRDF");
+    const bred = await app.generation(await app.becomes(() => app.id("centre").click()));
+    for (const child of bred.individuals)
+      assert.equal((await effects(app, child))[0].parameters.by, "brdf");
+    await shot("39-toon-shapes");
+  });
 }

@@ -14,7 +14,7 @@ import { makeChild, presentEdit } from "./edit.js";
 import { isBred, navigationCount, show, storeBred } from "./generations.js";
 import { genomeOf } from "./genomes.js";
 import { individualIn, shownIndividual, updateIndividual } from "./individuals.js";
-import { isPainted, locksFor } from "./layers.js";
+import { isByBrdf, isPainted, locksFor } from "./layers.js";
 import { anyLocked } from "./locks.js";
 import { makeGeneration, whenNoneIsMade } from "./making.js";
 import { startClock } from "./pictures.js";
@@ -73,21 +73,21 @@ async function applicableLocks(parent) {
 }
 
 /**
- * True if children of these parents are painted.
+ * Knobs that act on children of these parents: without those of BRDFs if the children have none,
+ * and without a steer if they are painted.
  * @param {Lineage} of
  * @param {string[]} parents
  */
-async function isPaintedBrood(of, [first]) {
-  if (!first) return of.start === "painted";
-  if (lineageStore.programsOnly.value) return false;
-  return isPainted(await genomeOf(shownIndividual(first) ?? (await api.getIndividual(first))));
+async function knobsFor(of, [first]) {
+  const knobs = lineageStore.knobs.value;
+  const withoutBrdf = { ...knobs, saturation: 1, energy_limit: false, steer: [] };
+  const withoutPaint = { ...knobs, painting: null };
+  if (!first) return of.start === "painted" ? withoutBrdf : withoutPaint;
+  if (lineageStore.programsOnly.value) return withoutPaint;
+  const genome = await genomeOf(shownIndividual(first) ?? (await api.getIndividual(first)));
+  if (!isPainted(genome)) return withoutPaint;
+  return isByBrdf(genome) ? { ...knobs, steer: [] } : withoutBrdf;
 }
-
-/** Knobs without those of BRDFs, or without those of painted materials. @param {boolean} painted */
-const knobsFor = (painted) => ({
-  ...lineageStore.knobs.value,
-  ...(painted ? { saturation: 1, energy_limit: false, steer: [] } : { painting: null }),
-});
 
 /**
  * Breeds a brood and shows it. One at a time: a second click during breeding is ignored.
@@ -106,7 +106,7 @@ export async function breed(parents) {
     const sceneId = lineageStore.lineage.value?.scene ?? of.scene;
     const made = await api.breed(of.id, {
       parents,
-      knobs: knobsFor(await isPaintedBrood(of, parents)),
+      knobs: await knobsFor(of, parents),
       locks: kept,
       count: FRAMES,
     });

@@ -2,7 +2,7 @@
  * Editing of the parameters of the centre's models by hand. The edited genome is a draft on the
  * page until it is stored as a child.
  *
- * @import { Edit, Individual, ParameterInfo } from "../model.js"
+ * @import { Edit, Individual, ParameterInfo, Place } from "../model.js"
  */
 import { effect, untracked } from "../vendor/signals-core.js";
 import * as api from "../api/routes.js";
@@ -13,6 +13,7 @@ import { navigationCount, show, storeBred } from "./generations.js";
 import { genomeIn, isLayered } from "./layers.js";
 import { makeGeneration } from "./making.js";
 import { pickedChannels, readValue, valueAt, withValue } from "./parameters.js";
+import { toonShape } from "./toon_shape.js";
 import { startClock } from "./pictures.js";
 import { lineageStore } from "./store.js";
 
@@ -231,24 +232,52 @@ export async function makeChild() {
     showProblem("edit", { problem: { title: "Correct the marked values", status: 422, detail } });
     return null;
   }
+  const child = await storeChild("edit", edit.of, draft.text, "The edited material");
+  if (child) kept.delete(edit.of.id);
+  return child;
+}
+
+/**
+ * Stores a genome's text as a child of an individual of the open lineage, and shows it.
+ * @param {Place} place of problems
+ * @param {Individual} parent
+ * @param {string} text
+ * @param {string} name of the material in the announcement
+ * @returns {Promise<Individual|null>} null if nothing was stored
+ */
+async function storeChild(place, parent, text, name) {
+  const of = lineageStore.lineage.value;
+  if (!of) return null;
   /** @type {Individual|null} */
   let child = null;
   const startedAt = navigationCount();
-  await guarded("edit", () =>
+  await guarded(place, () =>
     makeGeneration(async () => {
       startClock();
       await sceneSettled();
       const sceneId = lineageStore.lineage.value?.scene ?? of.scene;
-      const { hash } = await api.createGenome(new Blob([draft.text]));
-      const made = await api.adopt(of.id, { genomes: [hash], parent: edit.of.id });
+      const { hash } = await api.createGenome(new Blob([text]));
+      const made = await api.adopt(of.id, { genomes: [hash], parent: parent.id });
       if (lineageStore.lineage.value?.id !== of.id) return;
-      kept.delete(edit.of.id);
       storeBred(made, sceneId);
       child = made.individuals[0];
       if (startedAt === navigationCount()) await show(made.id, "visit");
       pageStore.announcement.value =
-        "The edited material is stored as a child. Choose the centre to breed from it.";
+        `${name} is stored as a child. Choose the centre to breed from it.`;
     }),
   );
+  return child;
+}
+
+/** Stores a toon shape of the centre as its child: effects that paint what its BRDF reflects. */
+export async function makeToonShape() {
+  const of = lineageStore.centre.value;
+  if (!of) return null;
+  /** @type {Individual|null} */
+  let child = null;
+  await guarded("centre", async () => {
+    const text = toonShape(await api.getGenomeText(of.hash));
+    child = await storeChild("centre", of, text, "The toon shape");
+  });
   return child;
 }

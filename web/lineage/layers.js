@@ -100,6 +100,13 @@ export const codesOf = ({ value }) =>
 /** True if a genome is a painted material. @param {Genome|null|undefined} of */
 export const isPainted = (of) => (of?.effects.length ?? 0) > 0;
 
+/**
+ * True if a genome is a painted material that paints what its BRDF reflects.
+ * @param {Pick<Genome, "effects">|null|undefined} of
+ */
+export const isByBrdf = (of) =>
+  of?.effects[0]?.parameters.some(({ name, value }) => name === "by" && value === "brdf") ?? false;
+
 /** A parameter's name with spaces. @param {string} name */
 export const plainName = (name) => name.replaceAll("_", " ");
 
@@ -156,7 +163,7 @@ export function locksFor(locks, { instructions, layers, effects }) {
     ),
     channels: sift(
       locks.channels,
-      () => effects.length === 0,
+      () => effects.length === 0 || isByBrdf({ effects }),
       (channel) => `channel ${channel}`,
     ),
   };

@@ -114,8 +114,11 @@ export const pickedChannels = (color) =>
  */
 export function withParameters(text, layers) {
   let at = -1;
+  let isOfEffect = false;
   const lines = text.split("\n").map((line) => {
-    if (!isOfLayer(line)) return line;
+    // Lines of effects follow those of models.
+    isOfEffect ||= line.startsWith(".effect");
+    if (isOfEffect || !isOfLayer(line)) return line;
     if (line.startsWith(".")) {
       at += 1;
       return line;

@@ -9,7 +9,7 @@
  */
 import { computed, signal } from "../vendor/signals-core.js";
 import { descentOf } from "./history.js";
-import { isPainted } from "./layers.js";
+import { isByBrdf, isPainted } from "./layers.js";
 import { hasValues, withParameters } from "./parameters.js";
 
 /** Number of frames around the centre. */
@@ -174,6 +174,8 @@ class LineageStore {
       ? isPainted(this.centreGenome.value)
       : this.lineage.value?.start === "painted",
   );
+  /** True if the next brood is painted and has no BRDF. @type {Signal<boolean>} */
+  withoutBrdf = computed(() => this.painted.value && !isByBrdf(this.centreGenome.value));
 }
 
 export const lineageStore = new LineageStore();

@@ -11,6 +11,7 @@
  */
 import { problemOf } from "../api/request.js";
 import { printGenome } from "../api/routes.js";
+import { genomeIn, isByBrdf } from "../lineage/layers.js";
 import { forNewest } from "../page/newest.js";
 import { showProblem } from "../page/problem.js";
 import { sceneStore } from "../scene/store.js";
@@ -130,6 +131,13 @@ export class DraftMaterial {
   #ask = forNewest(
     /** @param {{id: string, asked: Asked}} of */ async ({ id, asked }) => {
       const { text, within, environment } = asked;
+      if (isByBrdf(genomeIn(text))) {
+        // It has no code: the server draws it.
+        liveStore.draftRefused.value = true;
+        this.#answer = null;
+        this.#changed();
+        return;
+      }
       try {
         const [code, file] = await Promise.all([
           printGenome(text, within),

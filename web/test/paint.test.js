@@ -6,6 +6,9 @@ import { test } from "node:test";
 import { rotationOf } from "../live/camera.js";
 import { isStyle } from "../live/material.js";
 import { paintLightsOf } from "../live/paint_lights.js";
+import { genomeIn, isByBrdf, isPainted } from "../lineage/layers.js";
+import { withParameters, withValue } from "../lineage/parameters.js";
+import { toonShape } from "../lineage/toon_shape.js";
 
 const EXTENT = { centre: [0, 0, 0], radius: 1 };
 const MEAN = { radiance: [0.5, 0.25, 0.125], direction: [0, 0, 1] };
@@ -46,4 +49,21 @@ test("what cannot be drawn has no lights", () => {
 test("exported code tells painted materials from BRDFs", () => {
   assert.ok(isStyle("vec3 styled(StyledPoint at, StyledLight[2] lights) {"));
   assert.ok(!isStyle("vec3 evolved(vec3 wi, vec3 wo, vec3 n, vec3 x, vec3 y, vec2 uv) {"));
+});
+
+test("toon shapes are effects between models and instructions, and edits keep them", () => {
+  const models = "brood 1\n.model phong\nexponent 30\n";
+  const shape = toonShape(models);
+  assert.ok(shape.startsWith(`${models}.effect light\n`) && shape.endsWith("\nto 0.82\n"), shape);
+  const genome = genomeIn(shape);
+  assert.deepEqual(genome.layers, genomeIn(models).layers);
+  assert.ok(isPainted(genome) && isByBrdf(genome) && !isByBrdf(genomeIn(models)));
+  const program = "brood 1\n.dialect paper smooth registers 7\n.const C0 1 2 3 4\nADD R0, R1, C0\n";
+  const lines = toonShape(program).split("\n");
+  assert.equal(lines.at(-2), "ADD R0, R1, C0");
+  assert.equal(lines[3], ".effect light");
+  // `exponent` is also a parameter of the effect.
+  const text = `${models}.effect light\nby brdf\nexponent 1\n`;
+  const edited = withParameters(text, withValue(genomeIn(text).layers, 0, "exponent", [90]));
+  assert.equal(edited, text.replace("exponent 30", "exponent 90"));
 });

@@ -31,7 +31,7 @@ function turn(key, value) {
 }
 
 function Breeding() {
-  const painted = lineageStore.painted.value;
+  const withoutBrdf = lineageStore.withoutBrdf.value;
   const { mutation, recombination, saturation, isotropic, homogeneous, energy_limit } = lineageStore.knobs.value;
   return html`
     <section aria-labelledby="breeding">
@@ -42,15 +42,15 @@ function Breeding() {
       <${Steering} />
       <${Slider} id="recombination" name="Recombination" title="Share of the mate in a cross" value=${recombination} min=${0} max=${1} step=${0.01} shown=${recombination.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("recombination", to)} />
       <${ProblemBox} place="recombination" />
-      <${Slider} id="saturation" name="Saturation" title="Colourfulness of new children; 0 is grey" value=${saturation} disabled=${painted} min=${0} max=${1} step=${0.01} shown=${saturation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("saturation", to)} onCommit=${saveSaturation} />
+      <${Slider} id="saturation" name="Saturation" title="Colourfulness of new children; 0 is grey" value=${saturation} disabled=${withoutBrdf} min=${0} max=${1} step=${0.01} shown=${saturation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("saturation", to)} onCommit=${saveSaturation} />
       <${ProblemBox} place="saturation" />
       <div class="chips">
         <${Switch} id="isotropic" name="isotropic" on=${isotropic} title="New children look the same when the surface is rotated about its normal" onInput=${(/** @type {boolean} */ on) => (lineageStore.knobs.value = { ...lineageStore.knobs.value, isotropic: on })} />
         <${Switch} id="homogeneous" name="homogeneous" on=${homogeneous} title="New children have no texture" onInput=${(/** @type {boolean} */ on) => (lineageStore.knobs.value = { ...lineageStore.knobs.value, homogeneous: on })} />
-        <${Switch} id="energy-limit" name="energy limit" on=${energy_limit && !painted} disabled=${painted} title="New children reflect no more light than they receive" onInput=${setEnergyLimit} />
+        <${Switch} id="energy-limit" name="energy limit" on=${energy_limit && !withoutBrdf} disabled=${withoutBrdf} title="New children reflect no more light than they receive" onInput=${setEnergyLimit} />
       </div>
       <${ProblemBox} place="energy_limit" />
-      ${painted && html`<p class="small" data-testid="painted-knobs">Saturation and energy limit are of BRDFs; the next brood is painted.</p>`}
+      ${withoutBrdf && html`<p class="small" data-testid="painted-knobs">Saturation and energy limit are of BRDFs; the next brood is painted.</p>`}
       <p class="small">These apply to the next brood.</p>
     </section>
   `;

@@ -1,7 +1,7 @@
 //! Pictures of painted materials that paint what a BRDF reflects. The BRDF is rendered first; its
 //! whole picture gives the points their levels, so each material has points of its own.
 
-use brood_eval::{Gain, Reflected};
+use brood_eval::{Gain, ReflectedLevels};
 use brood_program::Program;
 use brood_protocol::PictureFormat;
 use brood_scene::PixelArea;
@@ -11,7 +11,7 @@ use crate::evaluated_picture::EvaluatedPicture;
 use crate::renderer::Renderer;
 use crate::shot::{BATCH_FLOATS, Shot};
 
-/// Number of f32 values that a pixel of [`Reflected`] takes.
+/// Number of f32 values that a pixel of [`ReflectedLevels`] takes.
 const FLOATS_PER_PIXEL: usize = 5;
 
 impl Renderer {
@@ -42,7 +42,7 @@ impl Renderer {
         &self,
         shot: &Shot<'_>,
         programs: &[&Program],
-    ) -> Result<Vec<(Reflected, Gain)>, RenderError> {
+    ) -> Result<Vec<(ReflectedLevels, Gain)>, RenderError> {
         let brdf = |program: &&Program| program.brdf().expect("the styles paint a BRDF");
         let brdfs: Vec<Program> = programs.iter().map(brdf).collect();
         let brdfs: Vec<&Program> = brdfs.iter().collect();
@@ -52,7 +52,7 @@ impl Renderer {
         let whole = Shot { view, frame: &frame, film: shot.film, area, subject: shot.subject };
         self.shaded(&whole, &brdfs, |_: &Program, picture| {
             let gain = picture.gain();
-            Ok((Reflected::new(&picture.radiance()?, gain), gain))
+            Ok((ReflectedLevels::new(&picture.radiance()?, gain), gain))
         })
     }
 }

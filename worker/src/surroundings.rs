@@ -239,7 +239,7 @@ mod tests {
 
     fn frame(scene: &Scene, materials: &[&Program]) -> Frame {
         let options = (PictureFormat::Png, Backend::Cpu);
-        let object = |program: &&Program| brood_protocol::ObjectSource {
+        let object = |program: &&Program| ObjectSource {
             mesh: MeshSource::Builtin,
             words: program.to_words(),
         };

@@ -72,5 +72,5 @@ pub use prefiltered::{GatheredLight, is_prefilterable, lobe_tables, shade_prefil
 pub use preview::{Preview, PreviewScorer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_brdf, shade_each};
 pub use reference::ReferenceEvaluator;
-pub use reflected::Reflected;
+pub use reflected::ReflectedLevels;
 pub use steering::{Appearance, steered_brood};

@@ -14,7 +14,7 @@ use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
 use brood_scene::{Exposure, PixelArea, Raster, SampleSet, Sampling, Scene};
 use rayon::prelude::*;
 
-use crate::reflected::Reflected;
+use crate::reflected::ReflectedLevels;
 use crate::{CanonicalEvaluator, Evaluator, Gain, develop_colors, develop_samples};
 
 /// Side of a preview; its lit samples fit into one block of the evaluators.
@@ -83,7 +83,8 @@ impl Preview {
         let is_painted = program.is_painted();
         let evaluator = CanonicalEvaluator::default();
         let reflected = program.brdf().filter(|_| is_painted).map(|brdf| {
-            let reflected = Reflected::of_samples(&evaluator, &brdf, samples()).expect(MEMORY);
+            let reflected =
+                ReflectedLevels::of_samples(&evaluator, &brdf, samples()).expect(MEMORY);
             reflected.on(points())
         });
         let set = match &reflected {

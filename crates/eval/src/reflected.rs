@@ -1,4 +1,4 @@
-//! What a BRDF reflects in a picture, as inputs of the painted material that paints it.
+//! Levels of the picture of a BRDF, as inputs of the painted material that paints it.
 
 use brood_brdf::Input;
 use brood_light::units::luminance;
@@ -12,14 +12,14 @@ use crate::{EvalError, Evaluator};
 
 /// Levels of the whole picture of a BRDF: L / (1 + L) of its exposed radiance L.
 #[derive(Debug, Clone)]
-pub struct Reflected {
+pub struct ReflectedLevels {
     width: usize,
     height: usize,
-    /// Of luminance, red, green and blue; `None` where the object does not cover the pixel.
+    /// Levels of luminance, red, green and blue; `None` where the object does not cover the pixel.
     levels: Vec<Option<[f32; 4]>>,
 }
 
-impl Reflected {
+impl ReflectedLevels {
     /// Returns the levels of a whole picture at an exposure. The tone curve has no effect.
     #[must_use]
     pub fn new(image: &RadianceImage, gain: Gain) -> Self {
@@ -126,7 +126,7 @@ mod tests {
 
     const SIDE: u32 = 32;
 
-    fn reflected(text: &str) -> (Reflected, RadianceImage, Gain) {
+    fn reflected(text: &str) -> (ReflectedLevels, RadianceImage, Gain) {
         let mesh = Mesh::builtin(BuiltinMesh::Sphere);
         let set = SampleSet::render(&mesh, &Scene::default(), SIDE, Sampling::Fixed(1));
         let program = Program::lower(&format!("brood 1\n{text}").parse().unwrap());
@@ -134,7 +134,7 @@ mod tests {
         CanonicalEvaluator::default().eval(&[&program], &set, &mut f).unwrap();
         let image = shade(&set, &f);
         let gain = Gain::of_image(Exposure::Ev(0.5), &image);
-        (Reflected::new(&image, gain), image, gain)
+        (ReflectedLevels::new(&image, gain), image, gain)
     }
 
     fn points(area: PixelArea) -> SampleSet {

@@ -7,12 +7,12 @@ import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
 import { openFavourites } from "../../favourites/list.js";
 import { nameOf, setNote } from "../../lineage/breed.js";
-import { presentEdit } from "../../lineage/edit.js";
+import { makeToonShape, presentEdit } from "../../lineage/edit.js";
 import { isBred, visit } from "../../lineage/generations.js";
 import { birthOf } from "../../lineage/individuals.js";
 import { inspect } from "../../lineage/inspections.js";
 import { openInspector } from "../../lineage/inspector.js";
-import { isLayered } from "../../lineage/layers.js";
+import { isByBrdf, isLayered } from "../../lineage/layers.js";
 import { toggleOwnCover } from "../../lineage/listed.js";
 import { regionsInWords } from "../../lineage/painting.js";
 import { steerInWords } from "../../lineage/steer.js";
@@ -95,7 +95,8 @@ function Centre() {
   if (!of || !within) return null;
   const energy = lineageStore.inspections.value.get(of.hash)?.energy;
   const painted = lineageStore.painted.value;
-  const effects = lineageStore.centreGenome.value?.effects ?? [];
+  const genome = lineageStore.centreGenome.value;
+  const effects = genome?.effects ?? [];
   const layers = isLayered(of) ? lineageStore.genomes.value.get(of.hash)?.layers : undefined;
   return html`
     <section aria-labelledby="centre-title">
@@ -114,7 +115,8 @@ function Centre() {
       ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}
       ${layers && html`<${EditButtons} />`}
       ${painted && effects.length > 0 && html`<${Effects} of=${effects} />`}
-      ${painted && html`<p class="small" data-testid="painted-note">A painted material is not a BRDF: it has no reflectance to inspect or to search from.</p>`}
+      ${painted && html`<p class="small" data-testid="painted-note">A painted material is not a BRDF: it has no reflectance to inspect or to search from.${isByBrdf(genome) ? " This one paints what its BRDF reflects; the server draws it." : ""}</p>`}
+      ${(genome || lineageStore.programsOnly.value) && !painted && html`<button type="button" class="start" data-testid="toon-shape" title="A child that paints what this material reflects with a palette; breeding changes both" onClick=${() => void makeToonShape()}>Make a toon shape</button>`}
       <button type="button" class="start" data-testid="inspect" disabled=${painted} title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>
       ${birthOf(of.id) && html`<button type="button" class="start" data-testid="cover" aria-pressed=${lineageStore.lineage.value?.cover_individual === of.id} title="Show this picture in the list of lineages" onClick=${() => toggleOwnCover(of.id)}>Cover of this lineage</button>`}
       <button type="button" class="start" data-testid="search-from" disabled=${painted} title="A search that starts from the centre, for a measured target" onClick=${fromCentre}>Search from this material</button>

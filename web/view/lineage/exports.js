@@ -4,7 +4,7 @@
  * @import { ExportFormat, Generation, Individual, Place } from "../../model.js"
  */
 import { listFormats } from "../../lineage/formats.js";
-import { isPainted } from "../../lineage/layers.js";
+import { isByBrdf, isPainted } from "../../lineage/layers.js";
 import { lineageStore } from "../../lineage/store.js";
 import { meshPath } from "../../live/geometry.js";
 import { movingAngle } from "../../live/light_circle.js";
@@ -30,7 +30,9 @@ const lightCount = () => Math.min(8, Math.max(1, sceneStore.scene.value?.lights?
 
 /** @param {Exported} props */
 function SourceCode({ of, name, place }) {
-  const painted = isPainted(lineageStore.genomes.value.get(of.hash));
+  const genome = lineageStore.genomes.value.get(of.hash);
+  if (isByBrdf(genome)) return html`<li class="small" data-testid="export-by-brdf">No code: the light of a toon shape is a picture of its BRDF.</li>`;
+  const painted = isPainted(genome);
   const query = () => (painted ? `lights=${lightCount()}` : `energy_limit=${viewStore.limitedExports.value}`);
   return html`
     ${formatsFor(painted).map((format) => html`
