@@ -74,7 +74,7 @@ async function applicableLocks(parent) {
 
 /**
  * Knobs that act on children of these parents: without those of BRDFs if the children have none,
- * and without a steer if they are painted.
+ * without a steer if they are painted, and without the colours of a painting if they are not.
  * @param {Lineage} of
  * @param {string[]} parents
  */

@@ -31,6 +31,7 @@ function turn(key, value) {
 }
 
 function Breeding() {
+  const painted = lineageStore.painted.value;
   const withoutBrdf = lineageStore.withoutBrdf.value;
   const { mutation, recombination, saturation, isotropic, homogeneous, energy_limit } = lineageStore.knobs.value;
   return html`

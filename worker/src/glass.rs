@@ -25,19 +25,24 @@ impl Renderer {
         let reads_ways = lowered.reads_ways();
         let glass = style.glass().filter(|_| reads_ways);
         let index = glass.and_then(brood_genome::Effect::index_of_refraction);
-        // A body that nothing enters shows its mirror instead.
-        let mirrored = lowered.reads_mirrored() || index.is_some_and(|index| index < 1.0);
+        // Where nothing enters a thin body, it shows its mirror instead.
+        let is_thin = index.is_some_and(|index| index < 1.0);
+        let mirrored = lowered.reads_mirrored() || is_thin;
         let sight = self.sight(shot, (points, raster), Followed { mirrored, index })?;
         let own = match style.is_by_brdf() {
             true => self.seen_along(shot, (shot.view.stage.part(), style), &sight.rays)?,
             false => self.seen_on(&sight.own, style, shot.frame.backend)?,
         };
-        Ok(points.with_columns(columns(points.len(), &sight, &own)))
+        Ok(points.with_columns(columns(points.len(), (&sight, is_thin), &own)))
     }
 }
 
 /// Returns the columns of the inputs of clear bodies. `own` are the colours of the body itself.
-fn columns(samples: usize, sight: &Sight, own: &[SeenColor]) -> Vec<(Input, Vec<f32>)> {
+fn columns(
+    samples: usize,
+    (sight, is_thin): (&Sight, bool),
+    own: &[SeenColor],
+) -> Vec<(Input, Vec<f32>)> {
     let color = |ray: usize| own[ray].or(sight.colors[ray]);
     let mut columns = Vec::new();
     let mirrored = |sample: usize| sight.mirrored.and_then(|first| color(first + sample));
@@ -60,7 +65,7 @@ fn columns(samples: usize, sight: &Sight, own: &[SeenColor]) -> Vec<(Input, Vec<
         let way = |sample: usize| -> (SeenColor, f32) {
             match (sight.ways[sample][at], sight.numbers[sample][at]) {
                 (Some(way), Some(ray)) => (color(ray), way.length as f32),
-                _ if at == 0 => (mirrored(sample), 0.0),
+                _ if at == 0 && is_thin => (mirrored(sample), 0.0),
                 _ => (None, ENDLESS),
             }
         };
