@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use brood_eval::{Gain, RadianceImage, Reflected, is_anisotropic, shade};
+use brood_eval::{Gain, RadianceImage, ReflectedLevels, is_anisotropic, shade};
 use brood_program::Program;
 use brood_protocol::{Backend, RenderStats};
 use brood_scene::{
@@ -166,7 +166,7 @@ impl Renderer {
                     exposure.codes(radiance).map(|code| f32::from(code) / 255.0)
                 }),
                 (Some((light, _)), true) => {
-                    let reflected = Reflected::new(&shade(&light, &f), exposure);
+                    let reflected = ReflectedLevels::new(&shade(&light, &f), exposure);
                     let points = reflected.on(&sampled(Seen::Points));
                     self.seen_on(&points, program, backend)?
                 }
