@@ -25,6 +25,10 @@
  *
  * @typedef {api.Steer} Steer
  *
+ * @typedef {api.PaintingPalette} Painting
+ *
+ * @typedef {api.PaintingRegion} PaintingRegion
+ *
  * @typedef {"r"|"g"|"b"} Channel
  *
  * @typedef {{layer: number, name: string}} ParameterLock
@@ -132,8 +136,8 @@
  * @typedef {{of: Individual, text: string}} Draft
  *   An edited genome that is not stored; `of`: the individual that was edited.
  *
- * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"steer"|"locks"|
- *   "object"|"light"|"surroundings"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|
+ * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"steer"|"painting"|
+ *   "locks"|"object"|"light"|"surroundings"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|
  *   "compare"|"comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|"job"|
  *   "found"} Place
  *   Place on the page where a problem is shown.
@@ -148,7 +152,8 @@
  *   `received`, `whole`: bytes; null while the size is unknown.
  *
  * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean,
- *   saturation: number, energy_limit: boolean, steer: Steer[]}} Knobs
+ *   saturation: number, energy_limit: boolean, steer: Steer[], painting: Painting|null}} Knobs
+ *   `painting`: colours for painted children
  *
  * @typedef {{past: string[], future: string[]}} Trail
  *   Generations visited before the one shown, and those that undo has left; nearest last.

@@ -80,6 +80,7 @@ export interface components {
              *     noticeable at 0.02 to unrelated at 1. Default: 0.3.
              */
             mutation?: number;
+            painting?: components["schemas"]["PaintingPalette"] | null;
             /**
              * @description Parents, at most 2. None: random children. One: mutation. Two: recombination, then mutation;
              *     the first parent is the centre.
@@ -448,6 +449,7 @@ export interface components {
              * @description Amount of mutation, 0 to 1.
              */
             mutation: number;
+            painting?: components["schemas"]["PaintingPalette"] | null;
             /** @description Individuals of earlier generations in the file, or genomes by hash. */
             parents: components["schemas"]["ParentRef"][];
             /**
@@ -631,6 +633,7 @@ export interface components {
              * @description Visible amount of mutation, 0 to 1.
              */
             mutation: number;
+            painting?: components["schemas"]["PaintingPalette"] | null;
             /** @description Parents, as requested. */
             parents: components["schemas"]["ParentRef"][];
             /**
@@ -1256,6 +1259,31 @@ export interface components {
              * @description Number of scalar operations for all components written.
              */
             scalar_operations: number;
+        };
+        /**
+         * @description Colours of a picture: a list of regions.
+         *
+         *     # Invariants
+         *     There are 1 to 6 regions, each with a share above 0 and at most 1. The middle colour of a region
+         *     is at least as light as its dark one, and the bright colour as the middle one.
+         */
+        PaintingPalette: {
+            /** @description 1 to 6 regions; the largest first if they were read from a picture. */
+            regions: components["schemas"]["PaintingRegion"][];
+        };
+        /** @description A region of a picture: places of similar hue and saturation, also if they are apart. */
+        PaintingRegion: {
+            /** @description Mean colour of the brightest tenth. */
+            bright: string;
+            /** @description Mean colour of the darkest tenth of the region, as `#2b1e46`. */
+            dark: string;
+            /** @description Mean colour of the tenth of middle lightness. */
+            middle: string;
+            /**
+             * Format: double
+             * @description Share of the area of the picture, above 0 and at most 1.
+             */
+            share: number;
         };
         /** @description A parameter of a model. */
         ParameterAnswer: {
@@ -2224,6 +2252,8 @@ export type MeshWarning = components['schemas']['MeshWarning'];
 export type ModelAnswer = components['schemas']['ModelAnswer'];
 export type Normals = components['schemas']['Normals'];
 export type OperationCounts = components['schemas']['OperationCounts'];
+export type PaintingPalette = components['schemas']['PaintingPalette'];
+export type PaintingRegion = components['schemas']['PaintingRegion'];
 export type ParameterAnswer = components['schemas']['ParameterAnswer'];
 export type ParameterKindName = components['schemas']['ParameterKindName'];
 export type ParameterScaleName = components['schemas']['ParameterScaleName'];

@@ -7,11 +7,12 @@
 //! All kinds of curation breed from the same parents: a chain in which each brood's parent is a
 //! child of the previous one, or independent random parents of one kind.
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Result, bail};
 use brood_eval::{Appearance, Preview, diverse_brood, steered_brood};
-use brood_genome::{Genome, Start, Steer, Variation};
+use brood_genome::{Genome, PaintingPalette, Start, Steer, Variation};
 use brood_program::{BroodRequest, Child, Program, make_brood};
 use brood_protocol::Curation;
 use clap::Args;
@@ -21,7 +22,7 @@ use serde::Serialize;
 use super::amount::{Kind, parent_kind};
 use super::flip::PictureSet;
 use super::measure::{is_visible, quantile, visible_genomes};
-use crate::{logging, output};
+use crate::{logging, output, painting_file};
 
 /// Options of `brood bench brood`.
 #[derive(Debug, Args)]
@@ -39,6 +40,9 @@ pub struct BenchBroodArgs {
     /// programs: wild, believable, models, layers, program and layer, or painted
     #[arg(long, value_name = "KIND", value_parser = parent_kind)]
     kind: Option<Kind>,
+    /// Colours of painted children: a PNG or JPEG, or JSON of `brood palette --json`
+    #[arg(long, value_name = "PICTURE")]
+    painting: Option<PathBuf>,
     /// Side of the compared pictures in pixels
     #[arg(long, value_name = "N", default_value_t = 48, value_parser = clap::value_parser!(u32).range(16..=256))]
     size: u32,
@@ -88,7 +92,11 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
     if args.kind == Some(Kind::Painted) && !args.steer.is_empty() {
         bail!("painted materials are not steered: omit --steer");
     }
+    if args.kind != Some(Kind::Painted) && args.painting.is_some() {
+        bail!("--painting colours painted materials: add --kind painted");
+    }
     let parents = parents(args)?;
+    let painting = args.painting.as_deref().map(painting_file::read).transpose()?;
     let mut rules = [Curation::Off, Curation::Distinct, Curation::Diverse].map(Some).to_vec();
     if !args.steer.is_empty() {
         rules.push(None);
@@ -99,7 +107,7 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
         let (mut useful, mut followed) = (Vec::new(), Vec::new());
         let (mut black, mut draws, mut times) = (0, 0, Vec::new());
         for (number, parent) in (0..).zip(&parents) {
-            let request = request(args, parent, number);
+            let request = request(args, (parent, painting.as_ref()), number);
             let started = Instant::now();
             let brood = breed(&request, curation, &args.steer);
             times.push(started.elapsed().as_secs_f64() * 1e3);
@@ -131,7 +139,7 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
         return output::print_json(&all);
     }
     let mut text = format!(
-        "{} broods of {CHILDREN}, {}, mutation {}; a frame is useful if {}\n\
+        "{} broods of {CHILDREN}, {}{}, mutation {}; a frame is useful if {}\n\
          curation  useful frames  broods with 18 or more  broods with 19 or more  black frames  \
          draws / brood  births ms median    p99    most  follow the steer  parents followed\n",
         args.count,
@@ -139,6 +147,12 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
             || "a chain of parents".to_owned(),
             |kind| format!("parents: {}", kind.name())
         ),
+        match &painting {
+            Some(painting) => {
+                format!(", colours of a painting of {} regions", painting.regions().len())
+            }
+            None => String::new(),
+        },
         args.mutation,
         match args.kind {
             Some(Kind::Painted) => format!(
@@ -169,9 +183,14 @@ pub fn run(args: &BenchBroodArgs, json: bool) -> Result<()> {
     output::print(&text)
 }
 
-fn request<'a>(args: &BenchBroodArgs, parent: &'a Genome, number: u64) -> BroodRequest<'a> {
+fn request<'a>(
+    args: &BenchBroodArgs,
+    (parent, painting): (&'a Genome, Option<&'a PaintingPalette>),
+    number: u64,
+) -> BroodRequest<'a> {
     let start = args.kind.map_or(Start::Wild, Kind::start);
-    let variation = Variation::mutate(parent, args.mutation).with_start(start);
+    let variation =
+        Variation::mutate(parent, args.mutation).with_start(start).with_painting(painting);
     BroodRequest { variation, count: CHILDREN, seed: args.seed + number, distinct: true }
 }
 
@@ -219,7 +238,7 @@ fn parents(args: &BenchBroodArgs) -> Result<Vec<Genome>> {
     let mut parents: Vec<Genome> = visible_genomes(args.seed)?.take(1).collect();
     for number in 0..u64::from(args.count) - 1 {
         let last = parents.last().expect("the first was drawn");
-        let brood = make_brood(&request(args, last, number));
+        let brood = make_brood(&request(args, (last, None), number));
         let pick = number as usize % brood.len();
         let turned = brood[pick..].iter().chain(&brood[..pick]);
         let next = turned.map(|child| &child.genome).find(|genome| is_visible(genome));

@@ -39,6 +39,7 @@ mod model;
 mod ops;
 pub mod output;
 mod own_server;
+pub mod painting_file;
 mod pareto;
 mod picture;
 mod published;

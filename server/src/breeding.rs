@@ -132,7 +132,7 @@ fn check(count: u32, parents: &[ParentRef], options: &BreedOptions) -> Result<()
     if let Err(error) = options.check_amounts() {
         return refuse(&format!("/{}", error.field), &error.to_string());
     }
-    if parents.len() == 1 && options.mutation <= 0.0 {
+    if parents.len() == 1 && options.mutation <= 0.0 && options.painting.is_none() {
         return refuse(
             "/mutation",
             "all children of one parent are identical without mutation: raise `mutation`",
@@ -147,7 +147,7 @@ fn check(count: u32, parents: &[ParentRef], options: &BreedOptions) -> Result<()
 /// Request that makes a brood.
 pub enum Origin {
     /// Children of up to two parents.
-    Breed(Breed),
+    Breed(Box<Breed>),
     /// Existing genomes and presets.
     Adopt(Adopt),
 }
@@ -165,7 +165,7 @@ impl Breeding {
         timing: &mut ServerTiming,
     ) -> Result<Brood, ApiError> {
         match origin {
-            Origin::Breed(breed) => self.breed(lineage, breed, timing).await,
+            Origin::Breed(breed) => self.breed(lineage, *breed, timing).await,
             Origin::Adopt(adopt) => self.adopt(lineage, adopt, timing).await,
         }
     }
@@ -308,6 +308,10 @@ mod tests {
             "/mutation"
         );
         assert_eq!(refused(serde_json::json!({"parents": [id, hash], "mutation": 0})), None);
+        let region = serde_json::json!({"dark": "#000000", "middle": "#808080", "bright": "#ffffff", "share": 1});
+        let recoloured =
+            serde_json::json!({"parents": [id], "mutation": 0, "painting": {"regions": [region]}});
+        assert_eq!(refused(recoloured), None);
         assert_eq!(refused(serde_json::json!({"parents": [id, id, id]})).unwrap(), "/parents");
         assert_eq!(refused(serde_json::json!({"locks": {"channels": ["r"]}})).unwrap(), "/locks");
         assert_eq!(refused(serde_json::json!({"locks": {}})), None);

@@ -16,8 +16,8 @@ use utoipa_swagger_ui::SwaggerUi;
 use crate::controller::{
     angles, archive, circle, comparison, develop, event, export, generation, genome, geometry,
     individual, inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation,
-    page, preset, render, scene, search, session, sheet, spheres, system, target, target_picture,
-    thumbnail,
+    page, palette, preset, render, scene, search, session, sheet, spheres, system, target,
+    target_picture, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -68,6 +68,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(generation::adopt))
         .routes(routes!(event::stream_events))
         .routes(routes!(generation::get))
+        .routes(routes!(palette::read))
         .routes(routes!(sheet::generation))
         .routes(routes!(sheet::individuals))
         .routes(routes!(individual::list))

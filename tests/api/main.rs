@@ -36,6 +36,7 @@ mod mesh;
 mod model;
 mod operation;
 mod painted;
+mod painting;
 mod picture;
 mod preset;
 mod scene;

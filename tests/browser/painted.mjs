@@ -1,9 +1,47 @@
-// Painted materials: a lineage of them, bred, crossed and locked; what is only of BRDFs is off.
+// Painted materials: a lineage of them, bred, crossed, locked, and painted in the colours of a
+// picture; what is only of BRDFs is off.
 
 import { strict as assert } from "node:assert";
 
 /** Effects of an individual, as the server writes them. */
 const effects = async (app, { hash }) => (await app.api(`/v1/genomes/${hash}`)).effects;
+
+/** PNG of three paints, each from dark to bright, drawn by the browser. @returns base64 */
+const painting = (page) =>
+  page.evaluate(() => {
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [300, 180];
+    const context = canvas.getContext("2d");
+    ["#f0823c", "#557de6", "#5ac869"].forEach((paint, at) => {
+      const ramp = context.createLinearGradient(0, 0, 300, 0);
+      ramp.addColorStop(0, "#000000");
+      ramp.addColorStop(1, paint);
+      context.fillStyle = ramp;
+      context.fillRect(0, 60 * at, 300, 60);
+    });
+    return canvas.toDataURL("image/png").split(",")[1];
+  });
+
+/** Drops a file on an element, as from a folder. */
+const drop = (element, { name, type, base64 }) =>
+  element.evaluate(
+    (to, file) => {
+      const bytes = Uint8Array.from(atob(file.base64), (one) => one.charCodeAt(0));
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([bytes], file.name, { type: file.type }));
+      for (const kind of ["dragover", "drop"])
+        to.dispatchEvent(new DragEvent(kind, { bubbles: true, cancelable: true, dataTransfer }));
+    },
+    { name, type, base64 },
+  );
+
+/** Channels of a code from the strongest to the weakest, for example `rgb`. @param {string} code */
+const order = (code) => {
+  const value = (channel) => Number.parseInt(code.slice(1 + 2 * channel, 3 + 2 * channel), 16);
+  return [0, 1, 2].sort((one, other) => value(other) - value(one)).map((at) => "rgb"[at]).join("");
+};
+/** Orders of the three paints. */
+const PAINTS = ["rgb", "bgr", "gbr"];
 
 /** Runs the part of the journey; `shot` saves a screenshot. */
 export async function painted(app, step, shot) {
@@ -58,5 +96,59 @@ export async function painted(app, step, shot) {
     const mixed = await app.generation(await app.becomes(() => app.cell(7).click()));
     assert.equal(mixed.individuals[0].operator, "recombine");
     assert.ok((await effects(app, mixed.individuals[0])).length > 0);
+  });
+
+  const knobs = page.getByRole("complementary", { name: "Knobs" });
+  const own = knobs.getByRole("group", { name: "Colours of a painting" });
+  const regions = own.getByRole("listitem");
+  const file = { name: "art.png", type: "image/png", base64: await painting(page) };
+  /** Asserts that all children have colours of the painting, and returns their palettes. */
+  const isPainted = async (brood) => {
+    const palettes = [];
+    for (const one of brood.individuals) {
+      const [{ parameters }] = await effects(app, one);
+      for (const code of parameters.palette)
+        assert.ok(PAINTS.includes(order(code)), `${code} is of the painting`);
+      palettes.push(parameters.palette);
+    }
+    return palettes;
+  };
+
+  await step("breeds in the colours of a painting that is dropped on the knobs", async () => {
+    await drop(own, file);
+    await regions.nth(2).waitFor();
+    assert.equal(await regions.count(), 3);
+    assert.deepEqual(await regions.first().getByRole("img").count(), 3);
+    assert.match(await regions.first().innerText(), /^3[3-5] % of the picture$/);
+    await shot("40-painting");
+    await app.accessible("colours of a painting");
+    await app.fits(own);
+    const brood = await app.generation(await app.becomes(() => app.cell(4).click()));
+    assert.equal(brood.painting.regions.length, 3);
+    const palettes = (await isPainted(brood)).map(String);
+    assert.ok(new Set(palettes).size > 5, "palettes differ");
+    await details.getByText("colours of 3 regions").waitFor();
+    await shot("41-painted-brood");
+  });
+
+  await step("keeps the colours of a painting after a reload, until they are cleared", async () => {
+    await page.reload();
+    await app.ready();
+    await regions.nth(2).waitFor();
+    await isPainted(await app.generation(await app.becomes(() => app.cell(1).click())));
+    await own.getByRole("button", { name: "Clear the colours" }).click();
+    await regions.first().waitFor({ state: "detached" });
+    const brood = await app.generation(await app.becomes(() => app.cell(1).click()));
+    assert.equal(brood.painting, undefined);
+  });
+
+  await step("says why a file has no colours, and takes a painting dropped anywhere", async () => {
+    await drop(own, { ...file, base64: btoa("no picture") });
+    await own.getByText("the picture must be a PNG or JPEG file").waitFor();
+    await shot("42-no-painting");
+    await drop(app.id("centre"), file);
+    await regions.nth(2).waitFor();
+    assert.equal(await own.getByText("the picture must be a PNG or JPEG file").count(), 0);
+    await own.getByRole("button", { name: "Clear the colours" }).click();
   });
 }

@@ -3,7 +3,7 @@
  * Independent of the page's state.
  *
  * @import { Comparison, Dialect, ExportFormat, Generation, Individual, Inspection, Knobs, Lineage,
- *   Locks, MeshAnswer, ModelInfo, Preset, Scene, Start, SystemAnswer } from "../model.js"
+ *   Locks, MeshAnswer, ModelInfo, Painting, Preset, Scene, Start, SystemAnswer } from "../model.js"
  *
  * @typedef {ReturnType<typeof import("./upload.js").sendingBy>} Send replaces fetch
  */
@@ -99,10 +99,20 @@ export const breed = (lineageId, { parents, knobs, locks, count }) =>
       locks,
       // Children are compared with a parent.
       steer: parents.length > 0 ? knobs.steer : [],
+      painting: knobs.painting ?? undefined,
       curation: "diverse",
       constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
     },
   });
+
+/**
+ * Colours of a picture by regions.
+ * @param {File} file
+ * @param {Send} send
+ * @returns {Promise<Painting>}
+ */
+export const readPalette = (file, send) =>
+  request("POST", "/v1/palettes", { body: file, send, type: file.type });
 
 /** @param {string} hash */
 export const getGenomeText = async (hash) =>

@@ -21,7 +21,15 @@ import { startClock } from "./pictures.js";
 import { FRAMES, centreOf, lineageStore } from "./store.js";
 
 /** Knobs and locks that a refusal may name. @type {Place[]} */
-const KNOBS = ["mutation", "recombination", "saturation", "energy_limit", "steer", "locks"];
+const KNOBS = [
+  "mutation",
+  "recombination",
+  "saturation",
+  "energy_limit",
+  "steer",
+  "painting",
+  "locks",
+];
 
 /**
  * Place to show a refused brood: at the knob that the server names, else at the frames.
@@ -75,12 +83,10 @@ async function isPaintedBrood(of, [first]) {
   return isPainted(await genomeOf(shownIndividual(first) ?? (await api.getIndividual(first))));
 }
 
-/** Knobs without those of BRDFs. */
-const paintedKnobs = () => ({
+/** Knobs without those of BRDFs, or without those of painted materials. @param {boolean} painted */
+const knobsFor = (painted) => ({
   ...lineageStore.knobs.value,
-  saturation: 1,
-  energy_limit: false,
-  steer: [],
+  ...(painted ? { saturation: 1, energy_limit: false, steer: [] } : { painting: null }),
 });
 
 /**
@@ -100,7 +106,7 @@ export async function breed(parents) {
     const sceneId = lineageStore.lineage.value?.scene ?? of.scene;
     const made = await api.breed(of.id, {
       parents,
-      knobs: (await isPaintedBrood(of, parents)) ? paintedKnobs() : lineageStore.knobs.value,
+      knobs: knobsFor(await isPaintedBrood(of, parents)),
       locks: kept,
       count: FRAMES,
     });

@@ -142,13 +142,16 @@ const isWhollyLocked = ({ instructions, constants, layers, effects }, locks) =>
 /**
  * Reason why the next brood would be identical children, in words; empty where it would not be.
  * @param {{mutation: number, recombination: number, hasMate: boolean, locks: Locks, genome:
- *   Genome|null}} of `genome`: of the centre, null where unknown
+ *   Genome|null, recoloured: boolean}} of `genome`: of the centre, null where unknown;
+ *   `recoloured`: true if children get colours of a painting
  */
-export function onlyTwinsInWords({ mutation, recombination, hasMate, locks, genome }) {
+export function onlyTwinsInWords({ mutation, recombination, hasMate, locks, genome, recoloured }) {
   if (locks.channels.length === CHANNELS.length)
     return "All channels are locked: children would be identical. Unlock one.";
   if (genome && isWhollyLocked(genome, locks))
     return "Everything is locked: children would be identical. Unlock a part.";
+  if (recoloured && !hasEffectParameter(locks, "light", "palette") && !locks.effects.includes("light"))
+    return "";
   if (mutation === 0 && !hasMate)
     return "Mutation 0 gives 20 identical children: raise it or mark a mate.";
   if (mutation === 0 && recombination === 0)

@@ -221,6 +221,7 @@ export async function open(id, wanted, begin = beginAtRandom) {
       saturation: target?.saturation ?? of.saturation,
       energy_limit: target?.energy_limit ?? of.energy_limit,
       steer: bred?.steer ?? [],
+      painting: bred?.painting ?? null,
       ...loadSetting(`knobs.${id}`, {}),
     };
     lineageStore.locks.value = { ...noLocks(), ...loadSetting(`locks.${id}`, {}) };

@@ -77,6 +77,7 @@ class LineageStore {
     saturation: DEFAULT_SATURATION,
     energy_limit: false,
     steer: [],
+    painting: null,
   });
   /** Parts of the parent that children keep. @type {Signal<Locks>} */
   locks = signal(noLocks());

@@ -225,6 +225,10 @@ test("a brood of identical children is known before it is bred", () => {
   assert.equal(onlyTwinsInWords(free), "");
   assert.match(onlyTwinsInWords({ ...free, mutation: 0 }), /^Mutation 0 gives 20 identical/);
   assert.equal(onlyTwinsInWords({ ...free, mutation: 0, hasMate: true }), "");
+  const recoloured = { ...free, mutation: 0, recoloured: true };
+  assert.equal(onlyTwinsInWords(recoloured), "");
+  const kept = { ...noLocks(), effect_parameters: [{ effect: "light", name: "palette" }] };
+  assert.match(onlyTwinsInWords({ ...recoloured, locks: kept }), /^Mutation 0 gives 20 identical/);
   const same = { ...free, mutation: 0, recombination: 0, hasMate: true };
   assert.match(onlyTwinsInWords(same), /^Mutation and recombination 0/);
   const channels = locks({ channels: ["r", "g", "b"] });

@@ -1,4 +1,5 @@
 /** The page as a whole: bar, panes, stage, strip, and dialogs. */
+import { lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
 import { Bar } from "./bar.js";
 import { Comparison } from "./compare/comparison.js";
@@ -19,7 +20,7 @@ import { Searches } from "./search/searches.js";
 import { TokenQuestion } from "./token_question.js";
 
 const DropHint = () => pageStore.fileDragged.value && html`
-  <div class="drop" aria-hidden="true"><p>Drop an OBJ file as the object, a .brood file to breed from, or measurements or pictures to search for</p></div>
+  <div class="drop" aria-hidden="true"><p>Drop an OBJ file as the object, a .brood file to breed from, or ${lineageStore.painted.value ? "a picture to paint in its colours" : "measurements or pictures to search for"}</p></div>
 `;
 
 /** Messages for screen readers. */

@@ -1,5 +1,7 @@
 /** Files dropped on the window: objects, genomes, measurements, pictures, scenes. */
+import { isPicture, usePainting } from "../lineage/painting.js";
 import { importMaterial } from "../lineage/presets.js";
+import { lineageStore } from "../lineage/store.js";
 import { showProblem } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
 import { uploadObj } from "../scene/edit.js";
@@ -20,9 +22,13 @@ export async function openFiles(files) {
   if (!files || files.length === 0) return;
   // While the form of a new search is open, every file is meant as its target.
   const all = [...files];
+  const isSearching = searchStore.openView.value === NEW;
+  // Painted materials cannot be searched for, so a picture is a painting for them.
+  if (!isSearching && lineageStore.painted.value && all.length === 1 && isPicture(all[0]))
+    return usePainting(all[0]);
   const isTarget =
     all.some(({ name }) => kindOf(name)) && all.every(({ name }) => kindOf(name) || isScene(name));
-  if (searchStore.openView.value === NEW || isTarget) {
+  if (isSearching || isTarget) {
     openSearches(NEW);
     return addTargetFiles(all);
   }
@@ -49,7 +55,8 @@ export async function openFiles(files) {
 }
 
 /**
- * Gives a file to the field of a picture below the pointer. Returns false if there is none.
+ * Gives a file to the field of a picture, or of a painting, below the pointer. Returns false if
+ * there is none.
  * @param {EventTarget|null} target
  * @param {FileList|undefined} files
  */
@@ -59,6 +66,10 @@ function openInField(target, files) {
       ? /** @type {HTMLElement|null} */ (target.closest("[data-takes]"))
       : null;
   if (!field || files?.length !== 1) return false;
+  if (field.dataset.takes === "painting") {
+    void usePainting(files[0]);
+    return true;
+  }
   const key = Number(field.dataset.key);
   if (field.dataset.takes === "mask") changeView(key, { mask: files[0] });
   else void useSceneFile(files[0], key);

@@ -18,6 +18,7 @@ import { html } from "./html.js";
 import { LightKnobs } from "./light.js";
 import { SurroundingsKnobs } from "./surroundings.js";
 import { Locks } from "./lineage/locks.js";
+import { Painting } from "./lineage/painting.js";
 import { Steering } from "./lineage/steer.js";
 import { ProblemBox } from "./problem.js";
 import { viewStore } from "./store.js";
@@ -37,6 +38,7 @@ function Breeding() {
       <h2 id="breeding">Breeding</h2>
       <${Slider} id="mutation" name="Mutation" title="Difference of children from their parent: just visible at 0.02, unrelated at 1" value=${mutation} min=${0} max=${1} step=${0.01} shown=${mutation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("mutation", to)} />
       <${ProblemBox} place="mutation" />
+      ${painted && html`<${Painting} />`}
       <${Steering} />
       <${Slider} id="recombination" name="Recombination" title="Share of the mate in a cross" value=${recombination} min=${0} max=${1} step=${0.01} shown=${recombination.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("recombination", to)} />
       <${ProblemBox} place="recombination" />

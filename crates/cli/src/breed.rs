@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_bench::{genome_file, logging, output, steer_word};
+use brood_bench::{genome_file, logging, output, painting_file, steer_word};
 use brood_eval::{
     Developed, SheetCell, centre_px, diverse_brood, express, express_brood, steered_brood,
 };
@@ -51,6 +51,10 @@ pub struct BreedArgs {
     /// keep-colour, only-gloss, warmer or cooler, rougher or glossier, more-pattern or less-pattern
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = steer_word)]
     pub steer: Vec<Steer>,
+    /// Colours of painted children: a PNG or JPEG, or JSON of `brood palette --json`. Each child
+    /// has the colours of a region, or the dark ones of a region and the bright ones of another
+    #[arg(long, value_name = "PICTURE")]
+    pub painting: Option<PathBuf>,
     /// Colour of the children, 0 grey to 1 as evolved; by default that of the first parent
     #[arg(long, value_name = "X", value_parser = amount)]
     pub saturation: Option<f32>,
@@ -153,7 +157,7 @@ pub fn run(args: &BreedArgs, json: bool) -> Result<()> {
     let side_px = args.side_px()?;
     let parents: Vec<Genome> =
         args.parents.iter().map(|path| genome_file::read(path)).collect::<Result<_>>()?;
-    let options = args.options();
+    let options = args.options()?;
     let variation = variation(args, &options, &parents)?;
     let seed = match args.seed {
         Some(seed) => seed,
@@ -191,8 +195,8 @@ impl BreedArgs {
         Ok(width)
     }
 
-    fn options(&self) -> BreedOptions {
-        BreedOptions {
+    fn options(&self) -> Result<BreedOptions> {
+        Ok(BreedOptions {
             mutation: self.mutation,
             recombination: self.recombination,
             curation: self.curation.into(),
@@ -204,7 +208,8 @@ impl BreedArgs {
             energy_limit: self.limit,
             locks: self.lock.as_ref().map(|LockWords(locks)| locks.clone()),
             steer: self.steer.clone(),
-        }
+            painting: self.painting.as_deref().map(painting_file::read).transpose()?,
+        })
     }
 }
 
@@ -218,7 +223,7 @@ fn variation<'a>(
     match parents {
         [] => ensure!(options.locks.is_none(), "--lock needs a --parent"),
         [_] => ensure!(
-            options.mutation > 0.0,
+            options.mutation > 0.0 || options.painting.is_some(),
             "--mutation must be above 0 with one parent: at 0 every child is a copy"
         ),
         [first, second] => ensure!(

@@ -21,6 +21,7 @@ mod lock;
 mod mesh;
 mod model;
 mod object_file;
+mod palette;
 mod place;
 mod preset;
 mod render;
@@ -60,6 +61,8 @@ enum Command {
     Backup(backup::BackupArgs),
     /// Breed a brood without a server
     Breed(breed::BreedArgs),
+    /// Print the colours of a picture by regions, for `breed --painting`
+    Palette(palette::PaletteArgs),
     /// Render a material into a PNG or EXR file
     Render(render::RenderArgs),
     /// Print the reflectance of a material for pairs of directions
@@ -98,6 +101,7 @@ fn main() -> ExitCode {
         Command::Token(command) => token::run(&command, cli.json),
         Command::Backup(args) => backup::run(&args, cli.json),
         Command::Breed(args) => breed::run(&args, cli.json),
+        Command::Palette(args) => palette::run(&args, cli.json),
         Command::Render(args) => render::run(&args, cli.json),
         Command::Eval(args) => eval::run(&args, cli.json),
         Command::Fit(args) => fit::run(&args, cli.json),

@@ -8,5 +8,7 @@ pub use codec::{
     EnvironmentFileError, PictureError, decode_environment, decode_png, encode_apng, encode_exr,
     encode_png,
 };
-pub use linear::{LinearPicture, LinearPictureError, decode_linear, picture_size};
+pub use linear::{
+    DisplayPicture, LinearPicture, LinearPictureError, decode_display, decode_linear, picture_size,
+};
 pub use sheet::{SheetCell, centre_px, sheet};

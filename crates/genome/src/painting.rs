@@ -1,19 +1,17 @@
-//! Painting palettes: the colours of a picture by regions, from which painted children are coloured.
+//! Painting palettes: the colours of a picture by regions, for painted children.
 //!
 //! A palette is read from the pixels of a picture ([`PaintingPalette::of_picture`]) or from JSON,
 //! so that a brood can be repeated without the picture. The module does not decode files.
 
 mod cells;
-mod regions;
+mod partition;
+mod region;
 
-use brood_brdf::display_codes;
 use serde::{Deserialize, Serialize};
 
 use crate::effect::hex;
 use crate::oklab::Oklab;
-
-/// Largest number of regions of a painting palette.
-pub const REGIONS_MAX: usize = 6;
+pub use region::{PaintingRegion, REGIONS_MAX};
 
 /// Colours of a picture: a list of regions.
 ///
@@ -26,27 +24,6 @@ pub const REGIONS_MAX: usize = 6;
 pub struct PaintingPalette {
     /// 1 to 6 regions; the largest first if they were read from a picture.
     regions: Vec<PaintingRegion>,
-}
-
-/// A region of a picture: places of similar hue and saturation, also if they are apart.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schema", derive(utoipa::ToSchema))]
-#[serde(deny_unknown_fields)]
-pub struct PaintingRegion {
-    /// Mean colour of the darkest tenth of the region, as `#2b1e46`.
-    #[cfg_attr(feature = "schema", schema(value_type = String))]
-    #[serde(with = "color_text")]
-    pub dark: [u8; 3],
-    /// Mean colour of the tenth of middle lightness.
-    #[cfg_attr(feature = "schema", schema(value_type = String))]
-    #[serde(with = "color_text")]
-    pub middle: [u8; 3],
-    /// Mean colour of the brightest tenth.
-    #[cfg_attr(feature = "schema", schema(value_type = String))]
-    #[serde(with = "color_text")]
-    pub bright: [u8; 3],
-    /// Share of the area of the picture, above 0 and at most 1.
-    pub share: f64,
 }
 
 /// JSON form, before it is checked.
@@ -125,7 +102,7 @@ impl PaintingPalette {
         if cells.is_empty() {
             return Err(PaintingError::Transparent);
         }
-        Self::new(regions::of(&cells))
+        Self::new(partition::regions(&cells))
     }
 
     /// Regions of the palette.
@@ -135,42 +112,11 @@ impl PaintingPalette {
     }
 }
 
-impl PaintingRegion {
-    /// The dark, the middle and the bright colour, as 8-bit codes of a display.
-    #[must_use]
-    pub fn colors(&self) -> [[u8; 3]; 3] {
-        [self.dark, self.middle, self.bright]
-    }
-}
-
 impl TryFrom<Unchecked> for PaintingPalette {
     type Error = PaintingError;
 
     fn try_from(unchecked: Unchecked) -> Result<Self, PaintingError> {
         Self::new(unchecked.regions)
-    }
-}
-
-/// Colours in JSON: `"#2b1e46"`.
-mod color_text {
-    use serde::{Deserialize, Deserializer, Serializer, de};
-
-    use super::{display_codes, hex};
-
-    pub(super) fn serialize<S: Serializer>(
-        color: &[u8; 3],
-        serializer: S,
-    ) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(&hex(color))
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(
-        deserializer: D,
-    ) -> Result<[u8; 3], D::Error> {
-        let text = String::deserialize(deserializer)?;
-        display_codes(&text).ok_or_else(|| {
-            de::Error::custom(format!("a colour must be like #2b1e46, got {text:?}"))
-        })
     }
 }
 

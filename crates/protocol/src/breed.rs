@@ -4,8 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use brood_genome::{
-    Dialect, DialectConstraints, Genome, GenomeHash, Locks, Output, Start, Steer, SteerError,
-    Variation,
+    Dialect, DialectConstraints, Genome, GenomeHash, Locks, Output, PaintingPalette, Start, Steer,
+    SteerError, Variation,
 };
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -110,6 +110,9 @@ pub struct BreedOptions {
     /// Properties that the children keep or change, compared with the first parent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steer: Vec<Steer>,
+    /// Colours of a picture that the children are painted with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub painting: Option<PaintingPalette>,
 }
 
 /// Error of [`BreedOptions::check_steer`].
@@ -159,6 +162,7 @@ impl Default for BreedOptions {
             energy_limit: None,
             locks: None,
             steer: Vec::new(),
+            painting: None,
         }
     }
 }
@@ -219,6 +223,7 @@ impl BreedOptions {
             .with_limit(self.energy_limit)
             .with_locks(self.locks.as_ref())
             .with_steer(&self.steer)
+            .with_painting(self.painting.as_ref())
             .with_start(start)
     }
 }
@@ -270,6 +275,11 @@ pub struct Breed {
     /// `curation` other than `off`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steer: Vec<Steer>,
+    /// Colours of a picture, as `POST /v1/palettes` answers. The palette of each child, unless it
+    /// is locked, has those of one region, or the dark ones of a region and the bright ones of
+    /// another. Painted children only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub painting: Option<PaintingPalette>,
 }
 
 /// Body of `POST /v1/lineages/{id}/adoptions`: 1 to 256 genomes and presets together.
@@ -312,6 +322,7 @@ impl From<Breed> for BreedOptions {
             energy_limit: breed.energy_limit,
             locks: breed.locks.filter(|locks| !locks.is_empty()),
             steer: breed.steer,
+            painting: breed.painting,
         }
     }
 }

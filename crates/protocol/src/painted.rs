@@ -1,4 +1,4 @@
-//! Options of broods that painted materials do not have.
+//! Options of broods that painted materials do not have, or that only they have.
 
 use brood_genome::Genome;
 
@@ -24,6 +24,12 @@ pub enum PaintedError {
          leave it out"
     )]
     EnergyLimit,
+    /// Colours of a painting.
+    #[error(
+        "`painting` colours painted materials, but children of this lineage or parent are BRDFs: \
+         leave it out"
+    )]
+    Painting,
 }
 
 impl PaintedError {
@@ -34,6 +40,7 @@ impl PaintedError {
             Self::Mixed => "/parents/1",
             Self::Saturation(_) => "/saturation",
             Self::EnergyLimit => "/energy_limit",
+            Self::Painting => "/painting",
         }
     }
 }
@@ -54,8 +61,8 @@ pub fn check_painted_defaults(
 }
 
 impl BreedOptions {
-    /// Checks that the options suit the parents: both are painted or neither, and painted children
-    /// have no options of BRDFs. Without parents, `is_painted_start` decides.
+    /// Checks that the options suit the parents: both are painted or neither, painted children have
+    /// no options of BRDFs, and others no painting. Without parents, `is_painted_start` decides.
     ///
     /// # Errors
     /// [`PaintedError`] for the first reason why they do not.
@@ -69,7 +76,7 @@ impl BreedOptions {
             return Err(PaintedError::Mixed);
         }
         if !is_painted {
-            return Ok(());
+            return if self.painting.is_some() { Err(PaintedError::Painting) } else { Ok(()) };
         }
         check_painted_defaults(self.saturation, self.energy_limit)
     }

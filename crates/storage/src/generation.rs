@@ -141,6 +141,7 @@ record!(BreedOptions {
     energy_limit,
     locks = "locks_json",
     steer = "steer_json",
+    painting = "painting_json",
 } and { constraints });
 record!(DialectConstraints { isotropic, homogeneous });
 
@@ -254,12 +255,15 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     let options = &new.options;
     let locks = options.locks.as_ref().map(words);
     let steer = serde_json::to_string(&options.steer).expect("a steer is a list of words");
+    let words =
+        |painting| serde_json::to_string(painting).expect("a painting is colours and shares");
+    let painting = options.painting.as_ref().map(words);
     sqlx::query(
         "INSERT INTO generation (id, lineage_id, position, seed_bits, centre_id, mutation,
              recombination, curation, isotropic, homogeneous, saturation, energy_limit, locks_json,
-             steer_json, created_ms)
+             steer_json, painting_json, created_ms)
          SELECT ?1, ?2, coalesce((SELECT max(position) + 1 FROM generation WHERE lineage_id = ?2), 0),
-             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14
+             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15
          RETURNING position",
     )
     .bind(new.id.key())
@@ -275,6 +279,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(options.energy_limit)
     .bind(locks)
     .bind(steer)
+    .bind(painting)
     .bind(new.created_ms)
     .fetch_one(conn)
     .await?

@@ -1,7 +1,7 @@
 //! Conversions between Rust types and SQLite values: columns, records made of columns, and sets as
 //! JSON parameters. Independent of tables.
 
-use brood_genome::{Dialect, GenomeHash, Locks, Start, Steer};
+use brood_genome::{Dialect, GenomeHash, Locks, PaintingPalette, Start, Steer};
 use brood_protocol::{
     Backend, Curation, FoundMaterial, GenerationId, IndividualId, JobId, LightAssetKind, LineageId,
     MeshId, PictureFormat, PictureKey, PixelArea, SceneId, SearchOptions, SearchState, Seed,
@@ -72,8 +72,8 @@ columns! {
     String => Backend, Curation, LightAssetKind, PictureFormat, SearchState, Start:
         |name| Self::from_name(&name);
     String => PixelArea: |text| text.parse().ok();
-    String => Dialect, FoundMaterial, Locks, SearchOptions, Target, Vec<FoundMaterial>, Vec<Steer>,
-        Vec<String>:
+    String => Dialect, FoundMaterial, Locks, PaintingPalette, SearchOptions, Target,
+        Vec<FoundMaterial>, Vec<Steer>, Vec<String>:
         |json| serde_json::from_str(&json).ok();
     Vec<u8> => Vec<u8>: Some;
     Vec<u8> => [u8; 32]: |bytes| bytes.try_into().ok();

@@ -10,7 +10,9 @@ mod queue;
 mod removal;
 mod search;
 
-use brood_genome::{Dialect, GenomeHash, Locks, ModelKind, Start, Steer};
+use brood_genome::{
+    Dialect, GenomeHash, Locks, ModelKind, PaintingPalette, PaintingRegion, Start, Steer,
+};
 use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
     Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
@@ -101,6 +103,12 @@ fn child(slot: u32, genome_name: &str) -> NewIndividual {
     }
 }
 
+fn painting() -> PaintingPalette {
+    let [dark, middle, bright] = [[0x10, 0x20, 0x50], [0x30, 0x50, 0xa0], [0xa0, 0xc0, 0xf0]];
+    let region = |share| PaintingRegion { dark, middle, bright, share };
+    PaintingPalette::new(vec![region(0.6127), region(0.1)]).unwrap()
+}
+
 /// Generation of three children; their genomes are named after `name`.
 fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewGeneration {
     NewGeneration {
@@ -118,6 +126,7 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
             energy_limit: Some(true),
             locks: Some(Locks { constants: vec![3, 127], ..Locks::default() }),
             steer: vec![Steer::Warmer, Steer::Rougher],
+            painting: Some(painting()),
         },
         created_ms: 1_700_000_000_123,
         individuals: (0..3).map(|slot| child(slot, &format!("{name} {slot}"))).collect(),

@@ -31,7 +31,7 @@ pub async fn breed(
     key: IdempotencyKey,
     body: JsonBody<Breed>,
 ) -> Result<Response, ApiError> {
-    bred(&app, id, key, &body.bytes, Origin::Breed(body.value)).await
+    bred(&app, id, key, &body.bytes, Origin::Breed(Box::new(body.value))).await
 }
 
 /// Adds genomes and presets to a lineage, as a generation of individuals without parents, or as

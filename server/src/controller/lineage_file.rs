@@ -240,6 +240,7 @@ fn present(
         energy_limit,
         locks,
         steer,
+        painting,
     } = stored.options;
     FileGeneration {
         seed: stored.seed,
@@ -253,6 +254,7 @@ fn present(
         energy_limit,
         locks,
         steer,
+        painting,
         created_ms: stored.created_ms,
         individuals: stored
             .individuals

@@ -24,6 +24,7 @@ pub mod mesh;
 pub mod model;
 pub mod operation;
 pub mod page;
+pub mod palette;
 mod picture_query;
 pub mod preset;
 pub mod render;

@@ -14,6 +14,7 @@ import { inspect } from "../../lineage/inspections.js";
 import { openInspector } from "../../lineage/inspector.js";
 import { isLayered } from "../../lineage/layers.js";
 import { toggleOwnCover } from "../../lineage/listed.js";
+import { regionsInWords } from "../../lineage/painting.js";
 import { steerInWords } from "../../lineage/steer.js";
 import { lineageStore } from "../../lineage/store.js";
 import { albedoInWords, madeBy, reflectsInWords } from "../../page/format.js";
@@ -107,6 +108,7 @@ function Centre() {
         <${Fact} name="genome" value=${html`<a href=${`/v1/genomes/${of.hash}`} title=${of.hash}>${of.hash.slice(0, 12)}</a>`} />
         ${isBred(within) && html`<${Fact} name="mutation" value=${within.mutation.toFixed(2)} title="Of the brood" />`}
         ${steerInWords(within.steer) && html`<${Fact} name="steered" value=${steerInWords(within.steer)} title="Of the brood, compared with its parent" />`}
+        ${within.painting && html`<${Fact} name="painted in" value=${regionsInWords(within.painting)} title="Of the brood: colours of a painting" />`}
         <${Fact} name="brood's seed" value=${within.seed} />
       </dl>
       ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}

@@ -64,10 +64,10 @@ function showLocks() {
 
 /** Warning that the next brood would be twins of the centre, before it is bred. */
 export function TwinsWarning() {
-  const { mutation, recombination } = lineageStore.knobs.value;
+  const { mutation, recombination, painting } = lineageStore.knobs.value;
   const of = lineageStore.centre.value;
   const genome = of ? (lineageStore.genomes.value.get(of.hash) ?? null) : null;
-  const words = onlyTwinsInWords({ mutation, recombination, hasMate: lineageStore.mate.value !== null, locks: lineageStore.locks.value, genome });
+  const words = onlyTwinsInWords({ mutation, recombination, hasMate: lineageStore.mate.value !== null, locks: lineageStore.locks.value, genome, recoloured: lineageStore.painted.value && painting !== null });
   return words && html`<p class="lock-sign warning" role="status" data-testid="twins-warning">${words}</p>`;
 }
 

@@ -1,5 +1,5 @@
-//! Decoding of pictures to linear light: EXR and Radiance HDR unchanged, PNG and JPEG through the
-//! sRGB curve.
+//! Decoding of pictures: to linear light (EXR and Radiance HDR unchanged, PNG and JPEG through the
+//! sRGB curve), and to codes of a display.
 
 use std::io::Cursor;
 
@@ -26,12 +26,36 @@ pub struct LinearPicture {
     pub is_linear: bool,
 }
 
+/// A picture as codes of a display.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DisplayPicture {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Red, green, blue and straight alpha of each pixel, row by row from the top, as 8-bit sRGB.
+    pub rgba: Vec<u8>,
+}
+
 /// Error of a picture that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LinearPictureError {
     /// The format is not supported.
     #[error("the picture must be an EXR, Radiance HDR, PNG or JPEG file")]
     Kind,
+    /// The format does not store codes of a display.
+    #[error("the picture must be a PNG or JPEG file")]
+    DisplayKind,
+    /// The picture has too many pixels.
+    #[error("a picture has at most {most} x {most} pixels; this one has {width} x {height}")]
+    Side {
+        /// Most pixels in each direction.
+        most: u32,
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+    },
     /// The file is broken or too large.
     #[error("the picture cannot be read: {0}")]
     Image(#[from] image::ImageError),
@@ -56,12 +80,36 @@ pub fn decode_linear(bytes: &[u8], side: u32) -> Result<LinearPicture, LinearPic
         ImageFormat::Png | ImageFormat::Jpeg => false,
         _ => return Err(LinearPictureError::Kind),
     };
+    let decoded = decode(bytes, format, side)?;
+    Ok(if is_linear { linear(&decoded) } else { encoded(&decoded) })
+}
+
+/// Decodes a PNG or JPEG to codes; those of 16 bits are rounded. Colour profiles have no effect.
+///
+/// # Domain
+/// At most `side` pixels in each direction.
+///
+/// # Errors
+/// Returns [`LinearPictureError::DisplayKind`] for other formats, [`LinearPictureError::Side`] if
+/// the picture is too large, [`LinearPictureError::Image`] if the file is broken.
+pub fn decode_display(bytes: &[u8], side: u32) -> Result<DisplayPicture, LinearPictureError> {
+    let format = match image::guess_format(bytes) {
+        Ok(format @ (ImageFormat::Png | ImageFormat::Jpeg)) => format,
+        _ => return Err(LinearPictureError::DisplayKind),
+    };
+    let (width, height) = picture_size(bytes)?;
+    if width.max(height) > side {
+        return Err(LinearPictureError::Side { most: side, width, height });
+    }
+    Ok(DisplayPicture { width, height, rgba: decode(bytes, format, side)?.into_rgba8().into_raw() })
+}
+
+fn decode(bytes: &[u8], format: ImageFormat, side: u32) -> Result<DynamicImage, image::ImageError> {
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(side), Some(side));
     reader.limits(limits);
-    let decoded = reader.decode()?;
-    Ok(if is_linear { linear(&decoded) } else { encoded(&decoded) })
+    reader.decode()
 }
 
 /// Reads width and height from the header, so that a large picture can be rejected without decoding
@@ -156,6 +204,32 @@ mod tests {
         assert!(!picture.is_linear && (picture.width, picture.height) == (2, 1));
         assert!((picture.pixels[0][1] - 0.502_886).abs() < 1e-5);
         assert_eq!(picture.clipped, [false, true]);
+    }
+
+    #[test]
+    fn codes_of_a_display_are_returned_with_straight_alpha() {
+        let mut image = image::RgbaImage::new(2, 1);
+        image.put_pixel(0, 0, image::Rgba([254, 188, 0, 51]));
+        let picture = DynamicImage::ImageRgba8(image);
+        let bytes = written(&picture, ImageFormat::Png);
+        let decoded = decode_display(&bytes, 2).unwrap();
+        assert_eq!((decoded.width, decoded.height), (2, 1));
+        assert_eq!(decoded.rgba, [254, 188, 0, 51, 0, 0, 0, 0]);
+        let deep = written(&DynamicImage::ImageRgba16(picture.to_rgba16()), ImageFormat::Png);
+        assert_eq!(decode_display(&deep, 2).unwrap(), decoded);
+        let jpeg = written(&DynamicImage::ImageRgb8(picture.to_rgb8()), ImageFormat::Jpeg);
+        assert_eq!(decode_display(&jpeg, 2).unwrap().rgba.len(), 8);
+        let words = decode_display(&bytes, 1).unwrap_err().to_string();
+        assert_eq!(words, "a picture has at most 1 x 1 pixels; this one has 2 x 1");
+        let exr = written(
+            &DynamicImage::ImageRgb32F(image::Rgb32FImage::new(1, 1)),
+            ImageFormat::OpenExr,
+        );
+        for bytes in [&exr[..], b"GIF89a", b""] {
+            let refused = decode_display(bytes, 64);
+            assert!(matches!(refused, Err(LinearPictureError::DisplayKind)), "{refused:?}");
+        }
+        assert!(decode_display(&bytes[..bytes.len() / 2], 64).is_err());
     }
 
     #[test]

@@ -139,16 +139,19 @@ fn single_pixels_have_no_region() {
 }
 
 #[test]
-fn nearly_black_places_are_one_region() {
-    let noise = |x: u32, y: u32| match (x * 7 + y * 13) % 5 {
-        0 => opaque([2, 0, 1]),
-        1 => opaque([0, 2, 0]),
-        2 => opaque([1, 1, 3]),
-        3 => opaque([3, 1, 0]),
-        _ => opaque([0, 0, 0]),
+fn nearly_black_places_are_the_dark_ones_of_regions() {
+    let noise = |x: u32, y: u32| {
+        let codes = [[2, 0, 1], [0, 2, 0], [1, 1, 3], [3, 1, 0], [0, 0, 0]];
+        codes[((x * 7 + y * 13) % 5) as usize]
     };
-    let found = palette(64, 64, |x, y| if x < 32 { noise(x, y) } else { opaque([200, 160, 90]) });
-    assert_eq!(found.regions().len(), 2, "{found:?}");
+    let tan = [200, 160, 90];
+    let found = palette(64, 64, |x, y| opaque(if x < 20 { noise(x, y) } else { tan }));
+    assert_eq!(found.regions().len(), 1, "{found:?}");
+    assert_eq!((found.regions()[0].middle, found.regions()[0].bright), (tan, tan));
+    assert!(found.regions()[0].dark.iter().all(|code| *code < 4), "{found:?}");
+    // Of dark pictures all is used.
+    let dark = palette(64, 64, |x, _| opaque(if x < 32 { [18, 2, 2] } else { [2, 2, 18] }));
+    assert_eq!(dark.regions().len(), 2, "{dark:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use brood_genome::{Dialect, Locks, Start, Steer};
+use brood_genome::{Dialect, Locks, PaintingPalette, Start, Steer};
 use brood_protocol::{
     BreedOptions, Curation, DialectConstraints, IndividualId, LightAssetKind, ParentRef, Seed,
 };
@@ -102,6 +102,9 @@ pub struct FileGeneration {
     /// Properties that the children kept or changed.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steer: Vec<Steer>,
+    /// Colours of the picture that the children were painted with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub painting: Option<PaintingPalette>,
     /// Time of creation, milliseconds since 1970.
     pub created_ms: i64,
     /// Children by slot.
@@ -120,6 +123,7 @@ impl FileGeneration {
             energy_limit: self.energy_limit,
             locks: self.locks.clone(),
             steer: self.steer.clone(),
+            painting: self.painting.clone(),
         }
     }
 }

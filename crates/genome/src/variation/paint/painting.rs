@@ -10,9 +10,9 @@ use crate::{BirthKey, Effect, EffectKind, PaintingPalette, PaintingRegion, Palet
 /// Probability that the bright colours are of another region than the dark ones.
 const CROSS_RATE: f32 = 0.5;
 
-/// Gives effects colours of a painting: the palette those of one region, or the dark one of a region
-/// and the bright one of another, and overlays those that suit the palette. The number of colours
-/// and the edges stay. A locked palette keeps everything, a locked colour itself.
+/// Gives effects colours of a painting: the palette those of one region, or the dark one of a
+/// region and the bright one of another, and overlays those that suit the palette. The number of
+/// colours and the edges stay. A locked palette keeps everything, a locked colour itself.
 pub(in super::super) fn color(
     effects: &mut [Effect],
     painting: &PaintingPalette,

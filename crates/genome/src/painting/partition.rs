@@ -4,13 +4,12 @@
 //! chroma over lightness. There the dark and the bright places of one paint are near each other.
 
 use super::cells::Cell;
-use super::{PaintingRegion, REGIONS_MAX};
+use super::region::{PaintingRegion, REGIONS_MAX};
 use crate::oklab::Oklab;
 
-/// Lightness below which colours count as greyer.
+/// Lightness below which colours count as greyer and form no regions: codes are below 23, of which
+/// noise decides the hue. They belong to the nearest region.
 const DARK: f64 = 0.2;
-/// Lightness below which they fade to grey: codes are below 12, and rounding decides the hue.
-const BLACK: f64 = 0.15;
 /// Bins a side of the plane, and the largest coordinate; blue has 0.69.
 const BINS: usize = 160;
 const EDGE: f64 = 0.8;
@@ -39,7 +38,7 @@ struct Bin {
 }
 
 /// Returns the regions of a picture, the largest first. `cells` is not empty.
-pub(super) fn of(cells: &[Cell]) -> Vec<PaintingRegion> {
+pub(super) fn regions(cells: &[Cell]) -> Vec<PaintingRegion> {
     let places: Vec<Place> = cells.iter().map(|cell| place(cell.color)).collect();
     let bins = bins(cells, &places);
     let centres = lloyd(&bins, seeds(&bins));
@@ -57,17 +56,19 @@ pub(super) fn of(cells: &[Cell]) -> Vec<PaintingRegion> {
 }
 
 fn place(color: Oklab) -> Place {
-    let fade = (color.lightness / BLACK).min(1.0);
-    let scale = fade * fade * fade / color.lightness.max(DARK);
-    [color.a * scale, color.b * scale]
+    let lightness = color.lightness.max(DARK);
+    [color.a / lightness, color.b / lightness]
 }
 
-/// Returns the bins that have colours, in the order of the grid.
+/// Returns the bins that have colours which are not dark, in the order of the grid; if all are
+/// dark, those of all.
 fn bins(cells: &[Cell], places: &[Place]) -> Vec<Bin> {
     let mut sums = vec![([0.0; 2], 0.0); BINS * BINS];
     // The cast cuts off; places are within the edge.
     let at = |value: f64| (((value + EDGE) / (2.0 * EDGE) * BINS as f64) as usize).min(BINS - 1);
-    for (cell, place) in cells.iter().zip(places) {
+    let is_lit = |cell: &Cell| cell.color.lightness >= DARK;
+    let is_dark = !cells.iter().any(is_lit);
+    for (cell, place) in cells.iter().zip(places).filter(|(cell, _)| is_dark || is_lit(cell)) {
         let (sum, weight) = &mut sums[at(place[0]) * BINS + at(place[1])];
         *weight += cell.weight;
         *sum = [0, 1].map(|axis| sum[axis] + cell.weight * place[axis]);
