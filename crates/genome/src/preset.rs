@@ -123,6 +123,10 @@ presets! {
         "Brown shade, orange and yellow, with a bright band, as on illuminated pages."
     "paint-comic-metal" "Comic metal"
         "Bands of bright and dark steel with a glint."
+    "paint-gold-toon" "Gold, tooned"
+        "Real gold in five flat colours: what the metal reflects, in its highlights and its shade."
+    "paint-velvet-toon" "Velvet, tooned"
+        "The glowing edges of velvet as soft bands of gouache."
 }
 
 /// Returns the material of objects that have none: neutral grey that scatters half of the light
