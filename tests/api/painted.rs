@@ -62,3 +62,56 @@ async fn errors_of_effects_have_lines_and_pointers() {
     let directed = json!({"name": "directed", "dialect": {"opcodes": "directed", "registers": 12}});
     server.post("/v1/lineages", &directed).await.expect(422);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn toon_shapes_of_brdfs_are_bred_in_both_halves_and_not_exported() {
+    let server = TestServer::start();
+    let brdf = "brood 1\n.model conductor\nroughness 0.3\n";
+    let effects = ".effect light\npalette #000000 #00ff00\nbasis step\nby brdf\nto 0.4\n";
+    let metal = server.post_bytes("/v1/genomes", TEXT, brdf).await.expect(201).json();
+    let body = json!({"name": "toon", "dialect": {"length": 0}, "thumbnail_px": 48});
+    let made = server.post("/v1/lineages", &body).await.expect(201).json();
+    let lineage = format!("/v1/lineages/{}", text_of(&made["id"]));
+    let adoptions = format!("{lineage}/adoptions");
+    let body = json!({"genomes": [metal["hash"]]});
+    let parent = server.post(&adoptions, &body).await.expect(201).json();
+    let parent = text_of(&parent["individuals"][0]["id"]);
+    let text = format!("{brdf}{effects}");
+    let toon = server.post_bytes("/v1/genomes", TEXT, text.clone()).await.expect(201).json();
+    let body = json!({"genomes": [toon["hash"]], "parent": parent});
+    let child = server.post(&adoptions, &body).await.expect(201).json();
+    let child = &child["individuals"][0];
+    assert_eq!(child["layers"], json!(["conductor"]));
+    let picture = server.get(&text_of(&child["thumbnail"])).await.expect(200).picture();
+    for color in [[0, 0, 0, 255], [0, 255, 0, 255]] {
+        let count = picture.pixels().filter(|pixel| pixel.0 == color).count();
+        assert!(count > 100, "{count} pixels are {color:?}");
+    }
+    let id = text_of(&child["id"]);
+    for path in ["inspection", "exports/glsl-es-300"] {
+        server.get(&format!("/v1/individuals/{id}/{path}")).await.expect(422);
+    }
+    let refused = server.post_bytes("/v1/exports/wgsl", TEXT, text).await.problem(422);
+    assert!(text_of(&refused["detail"]).contains("`by brdf` is not exported"), "{refused}");
+
+    let path = format!("{lineage}/generations");
+    let mixed = json!({"parents": [id, parent], "seed": 1});
+    server.post(&path, &mixed).await.expect(422);
+    let bred = json!({"parents": [id], "count": 4, "seed": 1, "mutation": 0.6,
+        "curation": "diverse", "energy_limit": true, "locks": {"effects": ["light"]}});
+    let bred = server.post(&path, &bred).await.expect(201).json();
+    let mut models = Vec::new();
+    for one in bred["individuals"].as_array().unwrap() {
+        let hash = text_of(&one["hash"]);
+        let genome = server.get(&format!("/v1/genomes/{hash}")).await.expect(200).json();
+        assert_eq!(genome["limit"], json!(true));
+        assert_eq!(genome["effects"][0]["parameters"]["by"], "brdf");
+        assert_eq!(genome["effects"][0]["parameters"]["to"], 0.4);
+        models.push(genome["layers"].clone());
+        server.get(&text_of(&one["thumbnail"])).await.expect(200);
+    }
+    assert!(models.iter().any(|layers| *layers != models[0]), "{models:?}");
+    let none = server.post_bytes("/v1/genomes", TEXT, format!("brood 1\n{effects}"));
+    let refused = none.await.expect(422).json();
+    assert_eq!((&refused["line"], &refused["column"]), (&json!(5), &json!(4)), "{refused}");
+}

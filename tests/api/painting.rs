@@ -13,7 +13,7 @@ fn painting(width: u32, height: u32) -> image::RgbImage {
     const PAINTS: [[f32; 3]; 3] =
         [[240.0, 130.0, 60.0], [85.0, 125.0, 230.0], [90.0, 200.0, 105.0]];
     image::RgbImage::from_fn(width, height, |x, y| {
-        let light = 0.2 + 0.8 * x as f32 / width as f32;
+        let light = 0.35 + 0.65 * x as f32 / width as f32;
         image::Rgb(PAINTS[(3 * y / height) as usize].map(|value| (value * light) as u8))
     })
 }

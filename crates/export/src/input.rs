@@ -265,7 +265,7 @@ pub(crate) fn bound(input: Input, uv: f32) -> f32 {
         return 1.6;
     }
     match input {
-        Input::Way0Length | Input::Way1Length => RANGE,
+        Input::Way0Length | Input::Way1Length => 1.6 * RANGE,
         _ if Input::of_glass().any(|glass| glass == input) => 1.6,
         Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => 1.6,
         Input::ReflectedLevel | Input::ReflectedStep => 1.6,

@@ -127,6 +127,10 @@ presets! {
         "A clear body that mirrors and bends what is around it, blue-green where it is thick."
     "paint-jelly" "Jelly"
         "Deep red where it is thick, clear where it is thin, with a dark outline."
+    "paint-gold-toon" "Gold, tooned"
+        "Real gold in five flat colours: what the metal reflects, in its highlights and its shade."
+    "paint-velvet-toon" "Velvet, tooned"
+        "The glowing edges of velvet as soft bands of gouache."
 }
 
 /// Returns the material of objects that have none: neutral grey that scatters half of the light

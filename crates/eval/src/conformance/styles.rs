@@ -103,6 +103,7 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
         column(Input::ReflectedStep, 0.0),
     ];
     columns.extend(Input::REFLECTED.map(|input| column(input, 0.0)));
+    columns.extend(Input::of_glass().map(|input| column(input, 0.0)));
     for light in 0..lighting.lights {
         for quantity in LightInput::ALL {
             let low = match quantity {
@@ -144,6 +145,10 @@ pub fn weight_probes(genome: &Genome) -> Vec<Program> {
 pub fn color_bounds(genome: &Genome) -> [(f32, f32); 3] {
     let mut all: Vec<[f64; 3]> = Vec::new();
     for effect in genome.effects() {
+        if effect.kind() == EffectKind::Glass {
+            // Rays see any colour, and black is added where they are dimmed.
+            all.extend([[0.0; 3], [1.0; 3]]);
+        }
         match effect.palette() {
             Some(palette) => all.extend(
                 palette.colors().iter().map(|color| color.map(|code| f64::from(code) / 255.0)),

@@ -16,8 +16,9 @@ const EDGE: f64 = 0.8;
 /// A place where a region starts has at least this share of the area within this many bins.
 const SEED_SHARE: f64 = 0.005;
 const SEED_BINS: usize = 3;
-/// Least distance of the places where regions start: about twice what is just noticeable.
-const SEED_DISTANCE: f64 = 0.06;
+/// Least distance of the places where regions start: more than that of a saturated paint from its
+/// own shade at a fifth of its codes.
+const SEED_DISTANCE: f64 = 0.08;
 /// Most steps of Lloyd's algorithm, which ends earlier when nothing moves.
 const STEPS: usize = 64;
 /// Parts of a region, by lightness, whose means are its three colours.
