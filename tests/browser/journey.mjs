@@ -20,6 +20,7 @@ import { exported, live } from "./live.mjs";
 import { long } from "./long.mjs";
 import { materials } from "./materials.mjs";
 import { models, modelsLive } from "./models.mjs";
+import { neighboursLive } from "./neighbours.mjs";
 import { BroodPage } from "./page.mjs";
 import { painted } from "./painted.mjs";
 import { paintedLive } from "./painted_live.mjs";
@@ -299,6 +300,7 @@ async function drawn(app, base) {
   await surrounded(app, step, shot, base);
   await shadowsLive(app, step, shot, base);
   await paintedLive(app, step, shot, base);
+  await neighboursLive(app, step, shot, base);
   await film(app, step, shot);
   await limitedLive(app, step, shot, base);
   await modelsLive(app, step, shot, base);

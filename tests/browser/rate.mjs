@@ -1,8 +1,9 @@
 // Measures frames per second of live drawing, 21 materials under the circling light, and how many
 // exported programs keep their bits, in headless Chromium: `node tests/browser/rate.mjs [--angle
-// NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--environment NAME] [--seeds
-// N,...] [--programs N]`, with $BROOD_BIN and $CHROMIUM as for the journey. In an environment
-// programs are isotropic and homogeneous. Without --angle the browser's software
+// NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--environment NAME]
+// [--shadows] [--ground] [--seeds N,...] [--programs N]`, with $BROOD_BIN and $CHROMIUM as for the
+// journey. In an environment programs are isotropic and homogeneous. --ground puts the object on
+// the ground beside a golden ball. Without --angle the browser's software
 // renderer draws; with it, the system's: gl-egl for OpenGL on a Linux machine without a screen, gl,
 // vulkan, metal or d3d11 elsewhere. This is a measurement and not a test: it prints one line of
 // JSON for each object and seed, and one for the exports. It fails only if --hardware is given and
@@ -23,6 +24,8 @@ const { values } = parseArgs({
     seconds: { type: "string", default: "9" },
     objects: { type: "string", default: "sphere" },
     environment: { type: "string" },
+    shadows: { type: "boolean", default: false },
+    ground: { type: "boolean", default: false },
     seeds: { type: "string", default: "7" },
     programs: { type: "string", default: "0" },
   },
@@ -55,7 +58,10 @@ async function made(url, object, seed) {
   const send = poster(url);
   const { environment: image } = values;
   const lights = [{}, ...(image ? [{ kind: "environment", image, fixed: true }] : [])];
-  const scene = await send("/v1/scenes", { mesh: object, lights });
+  const ball = { mesh: "sphere", position: [1.1, 0, 0.6], scale: 0.4, stands: true, material: "gold" };
+  const around = values.ground ? { ground: {}, objects: [ball] } : {};
+  const { shadows } = values;
+  const scene = await send("/v1/scenes", { mesh: object, lights, shadows, ...around });
   const dialect = image ? { isotropic: true, homogeneous: true } : {};
   const lineage = await send("/v1/lineages", { name: "rate", scene: scene.id, dialect });
   const bred = await send(`/v1/lineages/${lineage.id}/generations`, { parents: [], seed });
