@@ -217,8 +217,7 @@ impl Other<'_> {
         let margin = SPHERE_MARGIN * (squared + self.radius * self.radius);
         let allowed = self.radius * self.radius + margin;
         let beside = if along > 0.0 { squared - along * along } else { squared };
-        // Written as a negation, so that NaN counts as a hit.
-        !(beside > allowed)
+        beside <= allowed || beside.is_nan()
     }
 }
 
