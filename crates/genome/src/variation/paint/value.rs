@@ -110,7 +110,7 @@ pub(super) fn mutate(
                 let is_fixed = is_source && words[value as usize] == effect::BRDF;
                 let draw = stream.below((words.len() - fixed) as u32 - 1);
                 let other = match name {
-                    "index" => f64::from(effect::index_beside(value as u8, draw % 2 == 0)),
+                    "index" => f64::from(effect::index_beside(value as u8, draw.is_multiple_of(2))),
                     // Any word but the present one.
                     _ if f64::from(draw) >= value => f64::from(draw) + 1.0,
                     _ => f64::from(draw),
