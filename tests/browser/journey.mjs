@@ -23,6 +23,7 @@ import { models, modelsLive } from "./models.mjs";
 import { neighboursLive } from "./neighbours.mjs";
 import { BroodPage } from "./page.mjs";
 import { painted } from "./painted.mjs";
+import { painter } from "./painter.mjs";
 import { paintedLive } from "./painted_live.mjs";
 import { photo, photoByFinger } from "./photo.mjs";
 import { search, searchByFinger } from "./search.mjs";
@@ -264,6 +265,7 @@ async function coming(app) {
   await comparison(app, step, shot);
   await models(app, step, shot, binary);
   await painted(app, step, shot);
+  await painter(app, step, shot);
   await surroundings(app, step, shot);
   await edited(app, step, shot);
 }

@@ -7,9 +7,10 @@ use super::cells::Cell;
 use super::region::{PaintingRegion, REGIONS_MAX};
 use crate::oklab::Oklab;
 
-/// Lightness below which colours count as greyer and form no regions: codes are below 23, of which
-/// noise decides the hue. They belong to the nearest region.
-const DARK: f64 = 0.2;
+/// Lightness below which colours count as greyer and form no regions: codes of grey are below 34,
+/// where noise decides the hue and the straight part of the transfer curve takes chroma. They belong
+/// to the nearest region.
+const DARK: f64 = 0.25;
 /// Bins a side of the plane, and the largest coordinate; blue has 0.69.
 const BINS: usize = 160;
 const EDGE: f64 = 0.8;
@@ -17,7 +18,7 @@ const EDGE: f64 = 0.8;
 const SEED_SHARE: f64 = 0.005;
 const SEED_BINS: usize = 3;
 /// Least distance of the places where regions start: more than that of a saturated paint from its
-/// own shade at a fifth of its codes.
+/// own shade at a quarter of its codes.
 const SEED_DISTANCE: f64 = 0.08;
 /// Most steps of Lloyd's algorithm, which ends earlier when nothing moves.
 const STEPS: usize = 64;
