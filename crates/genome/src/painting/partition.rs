@@ -8,8 +8,8 @@ use super::region::{PaintingRegion, REGIONS_MAX};
 use crate::oklab::Oklab;
 
 /// Lightness below which colours count as greyer and form no regions: codes of grey are below 34,
-/// where noise decides the hue and the straight part of the transfer curve takes chroma. They belong
-/// to the nearest region.
+/// where noise decides the hue and the straight part of the transfer curve takes chroma. They
+/// belong to the nearest region.
 const DARK: f64 = 0.25;
 /// Bins a side of the plane, and the largest coordinate; blue has 0.69.
 const BINS: usize = 160;
