@@ -265,9 +265,9 @@ async function coming(app) {
   await comparison(app, step, shot);
   await models(app, step, shot, binary);
   await painted(app, step, shot);
-  await painter(app, step, shot);
   await surroundings(app, step, shot);
   await edited(app, step, shot);
+  await painter(app, step, shot);
 }
 
 async function keeping(app, base) {

@@ -59,4 +59,5 @@ export async function painter(app, step, shot) {
     assert.match(await readFile(await download.path(), "utf8"), /vec3 styled\(StyledPoint at/);
     await details.getByText("Export", { exact: true }).click();
   });
+  app.quiet();
 }

@@ -45,8 +45,8 @@ fn columns(
 ) -> Vec<(Input, Vec<f32>)> {
     let color = |ray: usize| own[ray].or(sight.colors[ray]);
     let mut columns = Vec::new();
-    let mirrored = |sample: usize| sight.mirrored.and_then(|first| color(first + sample));
-    if sight.mirrored.is_some() {
+    let mirrored = |sample: usize| if sight.has_mirrored { color(sample) } else { None };
+    if sight.has_mirrored {
         let inputs = [Input::MirroredRed, Input::MirroredGreen, Input::MirroredBlue];
         let colors = (0..samples).map(mirrored);
         columns.extend(channels(inputs, colors.clone()));

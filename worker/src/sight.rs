@@ -35,10 +35,9 @@ pub(crate) struct Followed {
 pub(crate) struct Sight {
     /// Ways of each sample; empty if none are followed.
     pub(crate) ways: Vec<[Option<WayOut>; 2]>,
-    /// Number of the first mirrored ray among all rays: that of sample k is k later. `None` if they
-    /// are not followed.
-    pub(crate) mirrored: Option<usize>,
-    /// Number of the ray of each way; rays are in this order.
+    /// True if the first rays are the mirrored ones, one for each sample.
+    pub(crate) has_mirrored: bool,
+    /// Number of the ray of each way.
     pub(crate) numbers: Vec<[Option<usize>; 2]>,
     /// All rays that are followed.
     pub(crate) rays: Vec<LeavingRay>,
@@ -99,11 +98,8 @@ impl Renderer {
         (followed, exposure): (Followed, Gain),
     ) -> Result<Sight, RenderError> {
         let Shot { view, frame, .. } = shot;
-        let mut rays = Vec::new();
-        let mirrored = followed.mirrored.then(|| {
-            rays = points.mirrored_rays();
-            0
-        });
+        let has_mirrored = followed.mirrored;
+        let mut rays = if has_mirrored { points.mirrored_rays() } else { Vec::new() };
         let ways = followed.index.map(|index| points.ways_out(view.stage.mesh(), index));
         let ways = ways.unwrap_or_default();
         let numbers = ways.iter().map(|pair| {
@@ -132,7 +128,7 @@ impl Renderer {
             }
         }
         let own = of_rays((view, part), frame.size_px, &rays, Seen::Points);
-        Ok(Sight { ways, mirrored, numbers, rays, colors, own })
+        Ok(Sight { ways, has_mirrored, numbers, rays, colors, own })
     }
 
     /// Returns the colours that rays see of a part of the scene with a material. The rays are in
