@@ -80,7 +80,7 @@ export async function favourites(app, step, shot, base) {
     await page.waitForFunction(() => document.querySelectorAll(".tile").length === 2);
     await page.keyboard.press("Escape");
     await dialog.waitFor({ state: "hidden" });
-    assert.ok(!page.url().includes("favourites"));
+    await page.waitForFunction(() => !location.hash.includes("favourites"));
     await page.goBack();
     await dialog.waitFor();
   });
