@@ -11,7 +11,7 @@ import { poster } from "./server.mjs";
  * Largest share of pixels apart. Edges of objects and of shadows are all there is: edges have four
  * samples, shadows one, and the ground shows both in every frame.
  */
-const APART = 0.05;
+const APART = 0.06;
 const LARGE = { width: 1440, height: 985 };
 const LIGHTS = [{ position: [3, 4, 2.5] }, { position: [-3, 2.5, 2], intensity: [14, 11, 8] }];
 const CAMERA = { orbit_deg: [15, 22] };
