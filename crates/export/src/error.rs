@@ -15,8 +15,8 @@ pub enum PrintError {
     NotPainted(Format),
     /// The material shows its surroundings.
     #[error(
-        "a painted material with glass is not exported: what it shows is traced in its scene; \
-         without the effect glass it is"
+        "a painted material with glass is not exported: its colours need rays through its scene; \
+         remove the effect glass to export it"
     )]
     Glass,
     /// The light amount is a picture of a BRDF.
