@@ -3,6 +3,8 @@
 
 import { strict as assert } from "node:assert";
 
+import { underLamp } from "./live.mjs";
+
 /** Effects of an individual, as the server writes them. */
 const effects = async (app, { hash }) => (await app.api(`/v1/genomes/${hash}`)).effects;
 
@@ -159,6 +161,8 @@ export async function painted(app, step, shot) {
     await app.id("lineage-name").fill("toon shapes");
     await page.getByRole("radio", { name: "models" }).check();
     const models = await app.generation(await app.becomes(() => app.id("lineage-new").click()));
+    // Pictures of brushed models take a second each in the studio.
+    await underLamp(app);
     const made = await app.generation(await app.becomes(() => app.id("toon-shape").click()));
     const [one] = made.individuals;
     assert.ok(models.individuals.some(({ id }) => id === made.parents[0]));

@@ -58,7 +58,9 @@ export async function surroundings(app, step, shot) {
     await shot("40-surroundings-studio");
   });
 
-  await step("takes ball and ground away", async () => {
+  await step("takes the studio, ball and ground away", async () => {
+    await app.reshown(() => app.id("environment").selectOption("none"));
+    await app.reshown(() => app.id("light-kind").selectOption("point"));
     const left = await app.reshown(() => app.id("neighbour").selectOption("none"));
     assert.equal((left.objects ?? []).length, 0);
     const bare = await app.reshown(() => ground.click());

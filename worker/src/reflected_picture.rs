@@ -37,7 +37,8 @@ impl Renderer {
         Ok(done)
     }
 
-    /// Renders the whole pictures of the BRDFs of styles, each at its exposure.
+    /// Renders the whole pictures of the BRDFs of styles, each at its own exposure: a ground below
+    /// does not change which colours its subject has.
     fn reflected(
         &self,
         shot: &Shot<'_>,
@@ -49,7 +50,8 @@ impl Renderer {
         let mut frame = shot.frame.clone().with_area(None);
         frame.format = PictureFormat::Exr;
         let (view, area) = (shot.view.clone(), PixelArea::whole(frame.size_px));
-        let whole = Shot { view, frame: &frame, film: shot.film, area, subject: shot.subject };
+        let film = view.scene().film;
+        let whole = Shot { view, frame: &frame, film, area, subject: shot.subject };
         self.shaded(&whole, &brdfs, |_: &Program, picture| {
             let gain = picture.gain();
             Ok((ReflectedLevels::new(&picture.radiance()?, gain), gain))
@@ -61,9 +63,9 @@ impl Renderer {
 mod tests {
     use brood_eval::{decode_linear, decode_png, encode_srgb};
     use brood_genome::Genome;
-    use brood_genome::preset::Preset;
+    use brood_genome::preset::{Preset, neutral};
     use brood_mesh::BuiltinMesh;
-    use brood_protocol::{Backend, Frame, MeshSource};
+    use brood_protocol::{Backend, Frame, MeshSource, ObjectSource};
     use brood_scene::{Exposure, Sampling, Scene};
 
     use super::*;
@@ -195,6 +197,30 @@ mod tests {
         let mean = |codes: &[u8]| codes.iter().map(|code| u32::from(*code)).sum::<u32>();
         let levels = [-2.0, 0.0, 2.0].map(|ev| mean(&codes(1.0, Exposure::Ev(ev))));
         assert!(levels[0] < levels[1] && levels[1] < levels[2], "{levels:?}");
+    }
+
+    #[test]
+    fn colours_are_the_same_above_a_ground() {
+        let renderer = Renderer::new(Backend::Cpu);
+        let mesh = renderer.builtin(BuiltinMesh::Knob);
+        // Far darker than the ground at its exposure.
+        let style = toon("velvet", TWO);
+        let [alone, above] = ["", r#""ground": {}, "#].map(|ground| {
+            let scene = scene(&format!(r#"{{"mesh": "knob", {ground}"lights": [{{}}]}}"#));
+            let mut frame = frame(&scene, PictureFormat::Png, Backend::Cpu);
+            if scene.ground.is_some() {
+                let words = Program::lower(neutral()).to_words();
+                frame = frame.with_objects(vec![ObjectSource { mesh: MeshSource::Builtin, words }]);
+            }
+            let picture = renderer.render(&frame, &mesh, &[&style]).unwrap().remove(0);
+            decode_png(&picture.bytes).unwrap().2
+        });
+        let pixels = alone.as_chunks::<4>().0.iter().zip(above.as_chunks::<4>().0);
+        let opaque: Vec<_> = pixels.filter(|(alone, _)| alone[3] == 255).collect();
+        let brightest = opaque.iter().map(|(alone, _)| alone[0]).max();
+        assert!(opaque.len() > 400 && brightest > Some(50), "{} {brightest:?}", opaque.len());
+        let apart = opaque.iter().filter(|(alone, above)| alone != above).count();
+        assert_eq!(apart, 0, "of {}", opaque.len());
     }
 
     #[test]
