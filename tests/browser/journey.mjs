@@ -48,7 +48,7 @@ const FLAGS = [
 /** Flags for no WebGL at all, and for WebGL in software. */
 const PLAIN = [...FLAGS, "--disable-gpu", "--disable-3d-apis"];
 const DRAWING = [...FLAGS, "--enable-unsafe-swiftshader"];
-const TIMEOUT_MS = 60_000;
+const TIMEOUT_MS = 120_000;
 const pictures =
   process.env.BROOD_PICTURES ?? fileURLToPath(new URL("../../target/browser", import.meta.url));
 
