@@ -59,12 +59,14 @@ const shotOf = (app) => (name) => app.page.screenshot({ path: join(pictures, `${
 
 let steps = 0;
 
+/** Runs a step of the journey, and prints its time and the text that it returns. */
 async function step(name, work) {
   const start = performance.now();
   try {
     const result = await work();
     steps += 1;
-    console.log(`${name}: ${Math.round(performance.now() - start)} ms`);
+    const text = typeof result === "string" ? `, ${result}` : "";
+    console.log(`${name}: ${Math.round(performance.now() - start)} ms${text}`);
     return result;
   } catch (error) {
     error.message = `${name}: ${error.message}`;

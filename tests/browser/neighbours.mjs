@@ -3,9 +3,9 @@
 
 import { strict as assert } from "node:assert";
 
-import { allLit, asServerDraws, hold, noneLit, slide } from "./live.mjs";
+import { comparedAround, openLineage } from "./drawn_live.mjs";
+import { allLit, hold, noneLit, slide } from "./live.mjs";
 import { goTo, turnByHand } from "./materials.mjs";
-import { poster } from "./server.mjs";
 
 /**
  * Largest share of pixels apart. Edges of objects and of shadows are all there is: edges have four
@@ -19,33 +19,13 @@ const CAMERA = { orbit_deg: [15, 22] };
 /** Runs the journey; `shot` saves a screenshot. */
 export async function neighboursLive(app, step, shot, base) {
   const { page } = app;
-  const send = poster(base);
   const size = page.viewportSize();
   await page.setViewportSize(LARGE);
   const { lineage: before } = await app.generation(await app.ready());
 
-  /** Opens a new lineage in a scene. */
-  const opened = async (name, start, scene, seed) => {
-    const { id: of } = await send("/v1/scenes", scene);
-    const { id } = await send("/v1/lineages", { name, start, scene: of });
-    await send(`/v1/lineages/${id}/generations`, { parents: [], seed });
-    await goTo(app, id);
-    return app.generation(await app.ready());
-  };
-
-  /** Compares at two angles of the light. */
-  const compared = async (generation, name) => {
-    const text = [];
-    for (const degrees of [75, 250]) {
-      await hold(app, "light", degrees);
-      await allLit(page);
-      text.push(await asServerDraws(app, generation, degrees, base, null, APART));
-      await shot(`41-${name}-${degrees}`);
-    }
-    await app.reshown(() => slide(app, "light", 250));
-    await noneLit(page);
-    console.log(`${name}: ${text.join("; ")}`);
-  };
+  const opened = (name, start, scene, seed) => openLineage(app, base, { name, start, scene }, seed);
+  const compared = (generation, name) =>
+    comparedAround(app, shot, base, generation, `41-${name}`, APART);
 
   await step("draws objects on the ground live like the server, in its exposure", async () => {
     const scene = {
@@ -56,12 +36,13 @@ export async function neighboursLive(app, step, shot, base) {
       ],
     };
     const generation = await opened("On the ground", "believable", scene, 7);
-    await compared(generation, "ground");
+    const text = await compared(generation, "ground");
     await turnByHand(app, async () => {
       await allLit(page);
       await shot("41-ground-turning");
     });
     await noneLit(page);
+    return text;
   });
 
   await step("draws painted and lit objects beside each other", async () => {
@@ -74,7 +55,7 @@ export async function neighboursLive(app, step, shot, base) {
         { mesh: "cube", position: [-1, 0, 0.7], scale: 0.3, stands: true, material: "red-plastic" },
       ],
     };
-    await compared(await opened("Painted beside", "painted", scene, 4), "painted-ground");
+    return compared(await opened("Painted beside", "painted", scene, 4), "painted-ground");
   });
 
   await step("draws an object without ground or shadows", async () => {
@@ -83,7 +64,7 @@ export async function neighboursLive(app, step, shot, base) {
       film: { exposure: -1, tone: "none" },
       objects: [{ mesh: "sphere", position: [0.7, 0.3, 0.9], scale: 0.5, material: "gold" }],
     };
-    await compared(await opened("A neighbour", "believable", scene, 5), "neighbour");
+    return compared(await opened("A neighbour", "believable", scene, 5), "neighbour");
   });
 
   await step("keeps the server's pictures where others stand in an environment", async () => {

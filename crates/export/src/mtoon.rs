@@ -1,8 +1,8 @@
 //! Parameters of VRM's toon material (`VRMC_materials_mtoon` 1.0), as a glTF material.
 //!
-//! MToon has two colours with a linear ramp over n . l between them, and adds a rim. A light effect
-//! of two colours becomes this ramp; MToon mixes the colours in linear light. A silhouette brighter
-//! than both colours becomes a rim of about its width and colour. Other styles are refused.
+//! MToon has two colours, a linear ramp over n . l between them, and a rim. It mixes the colours in
+//! linear light. A light effect of two colours is written as the ramp, a silhouette brighter than
+//! both as a rim of about its width and colour. Other styles are refused.
 
 use brood_genome::{Basis, Effect, EffectKind};
 use brood_program::{Operand, Program};
