@@ -48,6 +48,20 @@ pub fn check_brdf(genome: &Genome) -> Result<(), ApiError> {
     }
 }
 
+/// Checks that a painted material can be drawn under this number of lights.
+///
+/// # Errors
+/// 422 if there are too many.
+pub fn check_painted_lights(lights: usize) -> Result<(), ApiError> {
+    if lights <= Input::LIGHTS {
+        return Ok(());
+    }
+    let most = Input::LIGHTS;
+    let words =
+        format!("a scene of painted materials must have at most {most} lights, got {lights}");
+    Err(ApiError::refused(words))
+}
+
 /// Optical properties of a material in a scene.
 #[derive(Debug, Clone)]
 pub struct Optics {
@@ -142,9 +156,19 @@ pub struct Framed {
     identity: blake3::Hash,
     view: Framing,
     light_deg: f64,
+    /// Number of lights of the scene.
+    lights: usize,
 }
 
 impl Framed {
+    /// Checks that a program can be drawn in this frame.
+    ///
+    /// # Errors
+    /// 422 if it cannot.
+    pub fn check(&self, program: &Program) -> Result<(), ApiError> {
+        if program.is_painted() { check_painted_lights(self.lights) } else { Ok(()) }
+    }
+
     /// Returns the key of a program's picture in this frame.
     pub fn key(&self, program: ProgramHash) -> PictureKey {
         PictureKey::of(&Subject::Program(program), &self.identity)
@@ -308,9 +332,8 @@ impl Library {
         let mut objects = Vec::with_capacity(sources.len());
         for ((name, pointer), mesh) in scene.materials().zip(sources) {
             let program = self.program_of(name).await.map_err(|error| error.at(pointer))?;
-            if program.is_painted() && scene.lights.len() > Input::LIGHTS {
-                let words = format!("must be at most {} with a painted object", Input::LIGHTS);
-                return Err(ApiError::refused(words).at("/lights"));
+            if program.is_painted() {
+                check_painted_lights(scene.lights.len()).map_err(|error| error.at("/lights"))?;
             }
             objects.push(ObjectSource { mesh, words: program.to_words() });
         }
@@ -404,7 +427,8 @@ impl Library {
             let frame = Frame::new(&scene, known.mesh, view.size_px, view.sampling, options);
             let frame = frame.with_objects(known.objects.clone()).with_area(view.area);
             let identity = frame.identity();
-            Ok::<_, ApiError>(Arc::new(Framed { frame, identity, view, light_deg }))
+            let lights = scene.lights.len();
+            Ok::<_, ApiError>(Arc::new(Framed { frame, identity, view, light_deg, lights }))
         };
         Ok(self.frames.try_get_with(key, make).await?)
     }

@@ -79,3 +79,24 @@ async fn archive_is_refused_when_it_names_something_unknown_or_is_too_large() {
     let problem = server.get(&path).await.problem(422);
     assert!(text_of(&problem["detail"]).contains("33554432"), "{problem}");
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn archive_leaves_out_what_paint_cannot_be_exported_as() {
+    let server = TestServer::start();
+    let body = json!({"name": "paint", "dialect": {"length": 0}, "thumbnail_px": 32});
+    let made = server.post("/v1/lineages", &body).await.expect(201).json();
+    let path = format!("/v1/lineages/{}/adoptions", text_of(&made["id"]));
+    let presets =
+        json!({"presets": ["paint-glass", "paint-gold-toon", "paint-toon", "model-gold"]});
+    let made = server.post(&path, &presets).await.expect(201).json();
+    let ids = ids(&made);
+    let all = ids.join(",");
+    let path = format!("/v1/exports.zip?individuals={all}&formats=brood,wgsl,vrm-mtoon");
+    let found = entries(server.get(&path).await.expect(200).body);
+    let endings = |ending: &str| found.iter().filter(|(name, _)| name.ends_with(ending)).count();
+    assert_eq!((endings(".brood"), endings(".wgsl"), endings(".mtoon.json")), (4, 2, 0));
+
+    let path = format!("/v1/exports.zip?individuals={},{}&formats=wgsl", ids[0], ids[1]);
+    let problem = server.get(&path).await.problem(422);
+    assert!(text_of(&problem["detail"]).contains("glass"), "{problem}");
+}

@@ -1,7 +1,7 @@
 //! Painted materials over HTTP: stored, drawn, bred; refused where a BRDF is needed.
 
 use brood_tests::{TestServer, text_of};
-use serde_json::json;
+use serde_json::{Value, json};
 
 const TEXT: &str = "text/x-brood";
 const TOON: &str = "brood 1\n.effect light\npalette #2b1e46 #f2a65a\nbasis step\n";
@@ -114,4 +114,39 @@ async fn toon_shapes_of_brdfs_are_bred_in_both_halves_and_not_exported() {
     let none = server.post_bytes("/v1/genomes", TEXT, format!("brood 1\n{effects}"));
     let refused = none.await.expect(422).json();
     assert_eq!((&refused["line"], &refused["column"]), (&json!(5), &json!(4)), "{refused}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn scenes_with_more_than_eight_lights_are_refused_for_paint_alone() {
+    let server = TestServer::start();
+    let words = "a scene of painted materials must have at most 8 lights, got 9";
+    let scene = |lights: usize| json!({"mesh": "sphere", "lights": vec![json!({}); lights]});
+    let [few, many] = [8, 9].map(scene);
+    let few = server.post("/v1/scenes", &few).await.expect(201).json()["id"].clone();
+    let many = server.post("/v1/scenes", &many).await.expect(201).json()["id"].clone();
+    let body = |scene: &Value, start: &str| json!({"name": "x", "start": start, "scene": scene});
+    let refused = server.post("/v1/lineages", &body(&many, "painted")).await.problem(422);
+    assert_eq!((&refused["pointer"], &refused["detail"]), (&json!("/scene"), &json!(words)));
+    let painted = server.post("/v1/lineages", &body(&few, "painted")).await.expect(201).json();
+    let painted = format!("/v1/lineages/{}", text_of(&painted["id"]));
+    let patched = server.patch(&painted, Some("\"1\""), &json!({"scene": many})).await.problem(422);
+    assert_eq!(patched["pointer"], "/scene");
+    let bred = json!({"parents": [], "count": 1, "seed": 1});
+    let bred = server.post(&format!("{painted}/generations"), &bred).await.expect(201).json();
+    let child = &bred["individuals"][0];
+    server.get(&text_of(&child["thumbnail"])).await.expect(200);
+
+    let path = format!("/v1/individuals/{}/render.png?scene=", text_of(&child["id"]));
+    server.get(&format!("{path}{}", text_of(&few))).await.expect(200);
+    let refused = server.get(&format!("{path}{}", text_of(&many))).await.problem(422);
+    assert_eq!(refused["detail"], words);
+    let path = format!("/v1/render.png?scene={}", text_of(&many));
+    assert_eq!(server.post_bytes(&path, TEXT, TOON).await.problem(422)["detail"], words);
+
+    // A lineage of BRDFs may have such a scene, and adopts no paint then.
+    let models = server.post("/v1/lineages", &body(&many, "models")).await.expect(201).json();
+    let path = format!("/v1/lineages/{}/adoptions", text_of(&models["id"]));
+    let refused = server.post(&path, &json!({"presets": ["paint-ink"]})).await.problem(422);
+    assert_eq!(refused["detail"], words);
+    server.post(&path, &json!({"presets": ["model-gold"]})).await.expect(201);
 }

@@ -37,7 +37,7 @@ impl Brood {
     /// Returns the generation and the job that renders its first pictures, if any must be rendered.
     ///
     /// # Errors
-    /// [`ApiError`] if the store fails.
+    /// [`ApiError`] if the store fails, or if a child cannot be drawn in the lineage's scene.
     pub async fn deliver(
         self,
         service: &Arc<PictureService>,
@@ -46,6 +46,9 @@ impl Brood {
         timing: &mut ServerTiming,
     ) -> Result<(Generation, Option<JobId>), ApiError> {
         let Self { framed, seed, parents, centre, operator, options, children, step } = self;
+        for Newborn { child, .. } in &children {
+            framed.check(&child.program)?;
+        }
         let (id, created_ms) = (GenerationId::fresh(), now_ms());
         let mut materials: Vec<ChildPicture> = Vec::new();
         let mut pictures: Vec<NewPicture> = Vec::new();

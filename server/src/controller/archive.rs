@@ -58,6 +58,8 @@ pub struct ArchiveQuery {
 }
 
 /// Returns individuals as a ZIP file, with pictures in the scenes of their lineages.
+///
+/// Formats that a painted material cannot be exported in are left out.
 #[utoipa::path(get, path = "/v1/exports.zip", tag = "exports", params(ArchiveQuery),
     responses((status = 200, content_type = "application/zip")))]
 pub async fn get(
@@ -77,28 +79,38 @@ pub async fn get(
     }
     let mut entries = Vec::with_capacity(individuals.len() * formats.len());
     let mut taken = HashSet::new();
+    // Why the first skipped file is left out.
+    let mut skipped = None;
     for one in individuals {
         let name = unique(&mut taken, &lineages[&one.lineage].name, one.hash);
         let material = app.library.material(one.hash).await?;
         for format in &formats {
             let name = format!("{name}.{}", format.ending());
             let what = match format {
-                // Not each material is one of each format.
-                Kind::Source(format)
-                    if format.is_of_painted()
-                        && print(&material.program, *format, Within::default()).is_err() =>
-                {
-                    continue;
+                Kind::Source(format) => {
+                    // Not each material is one of each format.
+                    if (material.program.is_painted() || format.is_of_painted())
+                        && let Err(error) = print(&material.program, *format, Within::default())
+                    {
+                        skipped.get_or_insert(error);
+                        continue;
+                    }
+                    What::Source(one.hash, *format, query.energy_limit)
                 }
                 Kind::Brood => What::Text(one.hash),
-                Kind::Source(format) => What::Source(one.hash, *format, query.energy_limit),
                 Kind::Picture(format) => {
                     let scene = lineages[&one.lineage].scene;
-                    What::Picture(Box::new(one.clone()), framing(&app, scene, size_px, *format))
+                    let view = framing(&app, scene, size_px, *format);
+                    app.library.frame(view).await?.check(&material.program)?;
+                    What::Picture(Box::new(one.clone()), view)
                 }
             };
             entries.push((name, what));
         }
+    }
+    if let (Some(error), true) = (skipped, entries.is_empty()) {
+        let words = format!("no individual can be exported in these formats: {error}");
+        return Err(ApiError::refused(words));
     }
     let headers = [
         (header::CONTENT_TYPE, "application/zip"),

@@ -19,6 +19,7 @@ use crate::clock::now_ms;
 use crate::extract::{IfMatch, Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::IdempotencyKey;
 use crate::layer::token;
+use crate::library::check_painted_lights;
 use crate::limit;
 use crate::presenter::Presenter;
 use crate::problem::{ApiError, quote};
@@ -55,7 +56,7 @@ pub async fn create(
             check_painted_defaults(Some(asked.saturation), asked.energy_limit)?;
         }
         let scene = match asked.scene {
-            Some(scene) => check_scene(&app, scene).await?,
+            Some(scene) => check_scene(&app, scene, start).await?,
             None => super::scene::store(&app, &Scene::default()).await?,
         };
         let new = Lineage {
@@ -160,7 +161,7 @@ pub async fn patch(
         check_saturation(saturation)?;
     }
     if let Some(scene) = patch.scene {
-        check_scene(&app, scene).await?;
+        check_scene(&app, scene, app.store.lineage(id).await?.start).await?;
     }
     if (patch.saturation.is_some() || patch.energy_limit.is_some())
         && app.store.lineage(id).await?.start == Start::Painted
@@ -290,7 +291,10 @@ pub fn start_of(
     Ok((start, dialect))
 }
 
-async fn check_scene(app: &App, scene: SceneId) -> Result<SceneId, ApiError> {
-    app.library.scene(scene).await.map_err(|error| error.at("/scene"))?;
+async fn check_scene(app: &App, scene: SceneId, start: Start) -> Result<SceneId, ApiError> {
+    let known = app.library.scene(scene).await.map_err(|error| error.at("/scene"))?;
+    if start == Start::Painted {
+        check_painted_lights(known.scene.lights.len()).map_err(|error| error.at("/scene"))?;
+    }
     Ok(scene)
 }

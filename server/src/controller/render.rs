@@ -121,6 +121,7 @@ async fn render(
     };
     let framed = app.library.frame(view).await?;
     let material = app.library.material(individual.hash).await?;
+    framed.check(&material.program)?;
     let key = framed.key(material.program.hash());
     let head = FileHead::of_picture(key, content_type(format), REVALIDATED);
     let make = async {

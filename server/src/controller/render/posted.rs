@@ -60,6 +60,7 @@ pub async fn png(
         backend: app.backend,
     };
     let framed = app.library.frame(view).await?;
+    framed.check(&material.program)?;
     let subject = Subject::Program(material);
     let picture = app.pictures.get(PictureRequest::own(framed.frame.clone(), &subject)).await?;
     let headers =
