@@ -13,7 +13,7 @@ export const MODULES = "/web/index.html";
  * True for the address of a picture. On a slow machine one may take longer than the server waits;
  * the page then asks again after the time that the answer names.
  */
-const isPicture = (url) => /\.(png|webp)$/.test(new URL(url, "http://localhost").pathname);
+const isPicture = (url) => /\.(a?png|webp)$/.test(new URL(url, "http://localhost").pathname);
 
 /** One open page. Waits for states and never for a time. */
 export class BroodPage {

@@ -220,9 +220,10 @@ fn parse_layer(json: &LayerJson) -> Result<Model, (String, String)> {
         json.model.parse().map_err(|_| ("/model".to_owned(), "unknown model".to_owned()))?;
     json.parameters.iter().try_fold(Model::new(kind), |model, (name, value)| {
         let set = match value {
-            ValueJson::Number(number) => model.with(name, &[*number]),
-            ValueJson::Color(values) => model.with(name, values),
-            ValueJson::Word(word) => model.choose(name, word),
+            // A choice takes no number but where one is its word.
+            ValueJson::Number(number) => model.with_text(name, &number.to_string()),
+            ValueJson::Color(values) => model.with(name, values).map_err(Into::into),
+            ValueJson::Word(word) => model.choose(name, word).map_err(Into::into),
         };
         set.map_err(|error| (format!("/parameters/{}", escaped(name)), error.to_string()))
     })

@@ -83,10 +83,15 @@ impl EffectJson {
                 (Palette::EDGES, _) if kind.has_palette() => {
                     return Err((pointer(name), "expected a list of numbers".to_owned()));
                 }
-                (_, EffectValueJson::Number(number)) => values.set(name, &[*number]),
-                (_, EffectValueJson::Word(word)) => values.choose(name, word),
-                (_, EffectValueJson::Edges(numbers)) => values.set(name, numbers),
-                (_, EffectValueJson::Palette(words)) => values.choose(name, &words.join(" ")),
+                // The words of some choices are numbers.
+                (_, EffectValueJson::Number(number)) => values.set_text(name, &number.to_string()),
+                (_, EffectValueJson::Word(word)) => values.choose(name, word).map_err(Into::into),
+                (_, EffectValueJson::Edges(numbers)) => {
+                    values.set(name, numbers).map_err(Into::into)
+                }
+                (_, EffectValueJson::Palette(words)) => {
+                    values.choose(name, &words.join(" ")).map_err(Into::into)
+                }
             };
             set.map_err(|error| (pointer(name), error.to_string()))?;
         }
@@ -120,4 +125,35 @@ fn parse_colors(words: &[String]) -> Result<Vec<[u8; 3]>, (String, String)> {
 /// JSON pointer to a parameter, relative to the effect.
 fn pointer(name: &str) -> String {
     format!("/parameters/{}", escaped(name))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(json: &str) -> Result<Effect, (String, String)> {
+        serde_json::from_str::<EffectJson>(json).unwrap().parse()
+    }
+
+    #[test]
+    fn number_of_a_choice_is_its_word_and_not_its_place() {
+        let index = |value: &str| {
+            let json = format!(r#"{{"kind": "glass", "parameters": {{"index": {value}}}}}"#);
+            parsed(&json).map(|glass| {
+                let EffectValueJson::Word(word) = &EffectJson::of(&glass).parameters["index"]
+                else {
+                    panic!("a choice is written as its word");
+                };
+                word.clone()
+            })
+        };
+        for (number, word) in [("1.5", "1.5"), ("1.33", "1.33"), ("2", "2"), (r#""0.5""#, "0.5")] {
+            assert_eq!(index(number).as_deref(), Ok(word), "{number}");
+        }
+        let (at, reason) = index("3").unwrap_err();
+        assert_eq!(at, "/parameters/index");
+        assert!(reason.contains("1.33"), "{reason}");
+        let basis = r#"{"kind": "light", "parameters": {"basis": 3}}"#;
+        assert_eq!(parsed(basis).unwrap_err().0, "/parameters/basis");
+    }
 }
