@@ -13,6 +13,8 @@ use crate::radiance::{RadianceImage, shade_each};
 
 /// Numbers of rays. A pixel gets each number until it settles.
 const RAYS: [u16; 4] = [5, 17, 65, 257];
+/// Largest number of rays traced at once. One takes up to some hundred samples of 100 bytes.
+const RAYS_AT_ONCE: usize = 1 << 14;
 /// Index in [`RAYS`] of the first number that sets the value of a pixel at an edge. Fewer rays
 /// measure an edge worse than adaptive sampling, so they only decide if more are needed.
 const EDGE_START: usize = 1;
@@ -125,42 +127,45 @@ fn refine<E>(
             let index = u32::try_from(pixel.index).expect("a picture has fewer than 2^32 pixels");
             (area.x + index % area.width, area.y + index / area.width)
         };
-        let places: Vec<(u32, u32)> = pending.iter().map(place).collect();
-        let fine = trace(rays, &places);
-        eval(&fine, &mut fine_f)?;
-        done.samples += fine.len() as u64;
-        let coverage = &fine.image().expect("pixels were traced").coverage;
-        let mut found = vec![[0.0; 3]; pending.len()];
-        shade_each(&fine, &fine_f, |k, radiance| found[k] = radiance);
-        let possible_errors = possible_errors(&fine, &fine_f);
-        let mut irradiance = vec![[0.0; 3]; pending.len()];
-        fine_f.fill(1.0);
-        shade_each(&fine, &fine_f, |k, sum| irradiance[k] = sum);
         let mut next = Vec::new();
-        for (k, pixel) in pending.iter().enumerate() {
-            let ratio = |own: f32, fine: f32| if fine > 0.0 { own / fine } else { 0.0 };
-            let scale = match pixel.edge {
-                Some(own) => [0, 1, 2].map(|c| ratio(own[c], irradiance[k][c])),
-                None => [ratio(image.coverage()[pixel.index], coverage[k]); 3],
-            };
-            // Rays may miss what covers a sliver of the pixel.
-            if scale == [0.0; 3] {
-                continue;
-            }
-            let found = [0, 1, 2].map(|c| found[k][c] * scale[c]);
-            let before = image.premultiplied()[pixel.index];
-            let is_probe = pixel.edge.is_some() && step < EDGE_START;
-            let settled = if is_probe { EDGE_SETTLED } else { SETTLED };
-            let is_off = |c: usize| {
-                let value = found[c] * gain.factor;
-                (before[c] * gain.factor - value).abs() > tolerance(value, settled)
-                    || possible_errors[k][c] * scale[c] * gain.factor > tolerance(value, SETTLED)
-            };
-            if (0..3).any(is_off) {
-                next.push(*pixel);
-            }
-            if !is_probe {
-                image.put(pixel.index, found);
+        for group in pending.chunks((RAYS_AT_ONCE / usize::from(rays)).max(1)) {
+            let places: Vec<(u32, u32)> = group.iter().map(place).collect();
+            let fine = trace(rays, &places);
+            eval(&fine, &mut fine_f)?;
+            done.samples += fine.len() as u64;
+            let coverage = &fine.image().expect("pixels were traced").coverage;
+            let mut found = vec![[0.0; 3]; group.len()];
+            shade_each(&fine, &fine_f, |k, radiance| found[k] = radiance);
+            let possible_errors = possible_errors(&fine, &fine_f);
+            let mut irradiance = vec![[0.0; 3]; group.len()];
+            fine_f.fill(1.0);
+            shade_each(&fine, &fine_f, |k, sum| irradiance[k] = sum);
+            for (k, pixel) in group.iter().enumerate() {
+                let ratio = |own: f32, fine: f32| if fine > 0.0 { own / fine } else { 0.0 };
+                let scale = match pixel.edge {
+                    Some(own) => [0, 1, 2].map(|c| ratio(own[c], irradiance[k][c])),
+                    None => [ratio(image.coverage()[pixel.index], coverage[k]); 3],
+                };
+                // Rays may miss what covers a sliver of the pixel.
+                if scale == [0.0; 3] {
+                    continue;
+                }
+                let found = [0, 1, 2].map(|c| found[k][c] * scale[c]);
+                let before = image.premultiplied()[pixel.index];
+                let is_probe = pixel.edge.is_some() && step < EDGE_START;
+                let settled = if is_probe { EDGE_SETTLED } else { SETTLED };
+                let is_off = |c: usize| {
+                    let value = found[c] * gain.factor;
+                    (before[c] * gain.factor - value).abs() > tolerance(value, settled)
+                        || possible_errors[k][c] * scale[c] * gain.factor
+                            > tolerance(value, SETTLED)
+                };
+                if (0..3).any(is_off) {
+                    next.push(*pixel);
+                }
+                if !is_probe {
+                    image.put(pixel.index, found);
+                }
             }
         }
         pending = next;
@@ -272,13 +277,14 @@ fn code(exposed: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::RefCell;
     use std::convert::Infallible;
 
     use brood_genome::Genome;
     use brood_light::LightAssets;
     use brood_mesh::{BuiltinMesh, Mesh};
     use brood_program::Program;
-    use brood_scene::Scene;
+    use brood_scene::{PictureSize, Scene};
 
     use super::*;
     use crate::{CanonicalEvaluator, Evaluator, shade};
@@ -359,6 +365,51 @@ mod tests {
         let ([before, after, _], _) = pictures(BuiltinMesh::Knob, "lambert\nalbedo 0.5 0.3 0.2");
         for (before, after) in before.as_flattened().iter().zip(after.as_flattened()) {
             assert!((before - after).abs() <= 1e-5 * before, "{before} {after}");
+        }
+    }
+
+    /// Reflectance in stripes much finer than pixels.
+    fn stripes(set: &SampleSet, f: &mut Vec<f32>) -> Result<(), Infallible> {
+        let stripe = |sample| (900.0 * set.pair(sample).0.wi().x).floor().rem_euclid(2.0) as f32;
+        let all: Vec<f32> = (0..set.len()).map(stripe).collect();
+        *f = all.repeat(3);
+        Ok(())
+    }
+
+    #[test]
+    fn many_pixels_are_traced_in_groups_with_the_values_of_pixels_alone() {
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let (scene, assets) = (Scene::default(), LightAssets::default());
+        let size_px = PictureSize::from(SIZE_PX);
+        let set = SampleSet::render(&mesh, &scene, SIZE_PX, Sampling::Adaptive);
+        let mut f = Vec::new();
+        stripes(&set, &mut f).unwrap();
+        let rough = shade(&set, &f);
+        let gain = Gain::fixed(0.0);
+        let calls = RefCell::new(Vec::new());
+        let refined = |lone: &[bool]| {
+            let mut image = rough.clone();
+            let trace = |rays, pixels: &[(u32, u32)]| {
+                calls.borrow_mut().push(usize::from(rays) * pixels.len());
+                SampleSet::render_pixels(&mesh, &scene, &assets, (size_px, rays), pixels, None)
+            };
+            let area = PixelArea::whole(size_px);
+            refine_lone_rays(&mut image, (area, lone), gain, trace, stripes).unwrap();
+            image
+        };
+        let is_inside = |pixel: usize| rough.coverage()[pixel] >= 1.0;
+        let lone: Vec<bool> = (0..rough.coverage().len()).map(is_inside).collect();
+        let all = refined(&lone);
+        let counts = calls.take();
+        assert!(counts.iter().all(|rays| *rays <= RAYS_AT_ONCE), "{counts:?}");
+        assert!(counts.len() > 2 * RAYS.len(), "{counts:?}");
+        let is_changed =
+            |pixel: &usize| all.premultiplied()[*pixel] != rough.premultiplied()[*pixel];
+        let changed: Vec<usize> = (0..lone.len()).filter(is_changed).collect();
+        assert!(changed.len() > 200, "{}", changed.len());
+        for pixel in changed.into_iter().step_by(50) {
+            let alone: Vec<bool> = (0..lone.len()).map(|other| other == pixel).collect();
+            assert_eq!(refined(&alone).premultiplied()[pixel], all.premultiplied()[pixel]);
         }
     }
 }
