@@ -33,7 +33,8 @@
  *
  * @typedef {{layer: number, name: string}} ParameterLock
  *
- * @typedef {{effect: string, name: string}} EffectLock `name`: a parameter, `palette` or `edges`
+ * @typedef {{effect: string, name: string}} EffectLock `name`: a parameter,
+ *   `palette`, `edges`, or the place of an image
  *
  * @typedef {{instructions: number[], constants: number[], channels: Channel[], layers: number[],
  *   parameters: ParameterLock[], effects: string[], effect_parameters: EffectLock[]}} Locks
@@ -121,7 +122,15 @@
  *
  * @typedef {{model: string, parameters: Parameter[]}} Layer
  *
- * @typedef {{effect: string, parameters: Parameter[]}} Effect
+ * @typedef {{name: string, image: string, share: number}} EffectImage
+ *   `name`: place in the effect; `image`: id; `share`: 0 to 1
+ *
+ * @typedef {{effect: string, parameters: Parameter[], images: EffectImage[]}} Effect
+ *
+ * @typedef {{effect: string, name: string}} ImagePlace place of an effect that can have an image
+ *
+ * @typedef {{dialect: Dialect, effects?: {kind: string, parameters: Record<string, unknown>}[]}}
+ *   GenomeJson a genome as JSON, with the fields that the page uses; others are sent back unchanged
  *
  * @typedef {{instructions: number, machine: string, constants: number[], layers: Layer[], effects:
  *   Effect[]}} Genome `constants`: numbers of those that instructions read
@@ -137,9 +146,9 @@
  *   An edited genome that is not stored; `of`: the individual that was edited.
  *
  * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"steer"|"painting"|
- *   "locks"|"object"|"light"|"surroundings"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|
- *   "compare"|"comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|"job"|
- *   "found"} Place
+ *   "image"|"locks"|"object"|"light"|"surroundings"|"film"|"lineages"|"favourites"|"presets"|
+ *   "centre"|"edit"|"compare"|"comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|
+ *   "job"|"found"} Place
  *   Place on the page where a problem is shown.
  *
  * @typedef {{problem: Problem, retry?: () => void, isRead?: boolean}} ShownProblem

@@ -492,7 +492,7 @@ export interface components {
             /** @description True if the child is a twin. */
             twin?: boolean;
         };
-        /** @description File of one of the scene's lights. */
+        /** @description File of one of the scene's lights, or a control image. */
         FileLightAsset: {
             /** @description Contents as uploaded, base64. */
             bytes: string;
@@ -1034,9 +1034,14 @@ export interface components {
              */
             samples: number | null;
         };
-        /** @description Uploaded profile or environment map. */
+        /** @description Uploaded profile, environment map or control image. */
         LightAssetAnswer: {
-            /** @description Id, to be used as a light's `profile` or `image`: the hash of the file. */
+            /**
+             * Format: int32
+             * @description Height of a control image in pixels.
+             */
+            height?: number | null;
+            /** @description Id, to be used as a light's `profile` or `image`, or in an effect: the hash of the file. */
             id: string;
             /** @description Kind of the asset. */
             kind: components["schemas"]["LightAssetKind"];
@@ -1052,12 +1057,17 @@ export interface components {
              * @description Largest luminous intensity of a profile, in candela.
              */
             peak_candela?: number | null;
+            /**
+             * Format: int32
+             * @description Width of a control image in pixels.
+             */
+            width?: number | null;
         };
         /**
-         * @description Kind of a light asset.
+         * @description Kind of an uploaded file.
          * @enum {string}
          */
-        LightAssetKind: "profile" | "environment";
+        LightAssetKind: "profile" | "environment" | "image";
         /** @description Lineage: a tree of generations with one dialect and scene. */
         Lineage: {
             cover_individual?: components["schemas"]["IndividualId"] | null;
@@ -1128,7 +1138,7 @@ export interface components {
             genomes: {
                 [key: string]: string;
             };
-            /** @description Files of the scene's lights. */
+            /** @description Files of the scene's lights, and control images of the genomes. */
             light_assets?: components["schemas"]["FileLightAsset"][];
             /** @description Mesh of the scene if it was uploaded: binary, base64. */
             mesh?: string | null;

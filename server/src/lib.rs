@@ -23,6 +23,7 @@ mod bundle;
 mod clock;
 mod config;
 mod connection;
+mod control_image;
 mod controller;
 mod dispatch;
 mod error;

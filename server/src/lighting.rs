@@ -44,7 +44,7 @@ pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
             }
             Err(StorageError::NotFound) => {
                 let builtin = match expected {
-                    LightAssetKind::Profile => String::new(),
+                    LightAssetKind::Profile | LightAssetKind::Image => String::new(),
                     LightAssetKind::Environment => {
                         let names = BuiltinEnvironment::ALL.map(BuiltinEnvironment::name);
                         format!(" name one of {}, or", names.join(", "))
@@ -87,6 +87,9 @@ pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError>
                 let read = run_blocking(move || decode_environment(&bytes)).await?;
                 let read = read.map_err(|error| damaged(error.to_string()))?;
                 assets.insert_environment(name, Arc::new(read));
+            }
+            LightAssetKind::Image => {
+                return Err(ApiError::internal("a light's file must not be a control image"));
             }
         }
     }

@@ -102,6 +102,8 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(light_asset::create_profile))
         .routes(routes!(light_asset::create_environment))
         .routes(routes!(light_asset::environment_mean))
+        .routes(routes!(light_asset::create_image))
+        .routes(routes!(light_asset::image))
         .routes(routes!(scene::create))
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))

@@ -13,6 +13,7 @@ mod breed;
 mod circle;
 mod command_line;
 mod comparison;
+mod control_image;
 mod develop;
 mod edit;
 mod energy;

@@ -29,10 +29,10 @@ async function edit(app) {
 }
 
 /** Picture of the centre as it is seen. */
-const seen = (app) => app.id("centre").screenshot();
+export const seen = (app) => app.id("centre").screenshot();
 
 /** Share of the pixels of two pictures that differ. */
-const change = (page, before, after) =>
+export const change = (page, before, after) =>
   onPixels(
     page,
     [before, after],

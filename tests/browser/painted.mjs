@@ -3,6 +3,7 @@
 
 import { strict as assert } from "node:assert";
 
+import { change, seen } from "./edited.mjs";
 import { underLamp } from "./live.mjs";
 
 /** Effects of an individual, as the server writes them. */
@@ -154,6 +155,36 @@ export async function painted(app, step, shot) {
     await regions.nth(2).waitFor();
     assert.equal(await own.getByText("the picture must be a PNG or JPEG file").count(), 0);
     await own.getByRole("button", { name: "Clear the colours" }).click();
+  });
+
+  await step("paints with an image in place of a colour, and removes it", async () => {
+    const before = await app.generation(await app.ready());
+    const parent = before.centre ?? before.individuals[0];
+    const images = details.getByRole("group", { name: "Images" });
+    const place = images.getByLabel("Where");
+    await place.selectOption({ label: "bright colour of the light" });
+    const last = await seen(app);
+    const png = { name: file.name, mimeType: file.type, buffer: Buffer.from(file.base64, "base64") };
+    const opened = await app.becomes(() => images.getByLabel("Open an image").setInputFiles(png));
+    const [child] = (await app.generation(opened)).individuals;
+    assert.deepEqual(child.parents, [parent.id]);
+    const { bright } = (await effects(app, child))[0].parameters;
+    assert.equal(bright.share, 1);
+    assert.ok((await change(page, last, await seen(app))) > 0.01, "the image is seen");
+    const row = details.getByTestId("effects").locator("[data-effect=light] [data-image=bright]");
+    assert.equal(await row.getByRole("img").getAttribute("src"), `/v1/images/${bright.image}`);
+    await app.drawn("images", 1);
+    await images.scrollIntoViewIfNeeded();
+    await shot("42-image");
+    await app.accessible("an image");
+    await app.fits(images);
+    await images.getByLabel("Share").fill("0.5");
+    const shared = await app.generation(await app.becomes(() => app.id("image-apply").click()));
+    assert.equal((await effects(app, shared.individuals[0]))[0].parameters.bright.share, 0.5);
+    await row.getByText("50 %").waitFor();
+    const removed = await app.generation(await app.becomes(() => app.id("image-remove").click()));
+    await row.waitFor({ state: "detached" });
+    assert.equal(removed.individuals[0].hash, parent.hash);
   });
 
   await step("makes a toon shape of a BRDF", async () => {

@@ -114,6 +114,18 @@ export const breed = (lineageId, { parents, knobs, locks, count }) =>
 export const readPalette = (file, send) =>
   request("POST", "/v1/palettes", { body: file, send, type: file.type });
 
+/**
+ * Stores an image for effects.
+ * @param {File} file
+ * @param {Send} send
+ * @returns {Promise<{id: string, width: number, height: number}>}
+ */
+export const createImage = (file, send) =>
+  request("POST", "/v1/images", { body: file, send, type: file.type });
+
+/** @param {string} id of an image */
+export const imageUrl = (id) => `/v1/images/${id}`;
+
 /** @param {string} hash */
 export const getGenomeText = async (hash) =>
   (await read(`/v1/genomes/${hash}`, { accept: "text/x-brood" })).text();
@@ -177,7 +189,7 @@ export async function createGenome(file) {
 export const importLineage = (file) =>
   request("POST", "/v1/lineages/import", { body: file, type: "application/json" });
 
-/** @param {string} hash @returns {Promise<{dialect: Dialect, effects?: object[]}>} */
+/** @param {string} hash @returns {Promise<import("../model.js").GenomeJson>} */
 export const getGenome = (hash) => request("GET", `/v1/genomes/${hash}`);
 
 /** @param {string} id @returns {Promise<import("../model.js").Favourite>} */

@@ -232,25 +232,28 @@ export async function makeChild() {
     showProblem("edit", { problem: { title: "Correct the marked values", status: 422, detail } });
     return null;
   }
-  const child = await storeChild("edit", edit.of, draft.text, "The edited material");
+  const child = await storeChild("edit", edit.of, {
+    text: draft.text,
+    name: "The edited material",
+  });
   if (child) kept.delete(edit.of.id);
   return child;
 }
 
 /**
- * Stores a genome's text as a child of an individual of the open lineage, and shows it.
+ * Stores a genome as a child of an individual of the open lineage, and shows it unless the user has
+ * navigated elsewhere meanwhile.
  * @param {Place} place of problems
  * @param {Individual} parent
- * @param {string} text
- * @param {string} name of the material in the announcement
+ * @param {{text: string, name: string, startedAt?: number}} what `text`: genome as text or JSON;
+ *   `name`: of the material in the announcement; `startedAt`: number of navigations before
  * @returns {Promise<Individual|null>} null if nothing was stored
  */
-async function storeChild(place, parent, text, name) {
+export async function storeChild(place, parent, { text, name, startedAt = navigationCount() }) {
   const of = lineageStore.lineage.value;
   if (!of) return null;
   /** @type {Individual|null} */
   let child = null;
-  const startedAt = navigationCount();
   await guarded(place, () =>
     makeGeneration(async () => {
       startClock();
@@ -277,7 +280,7 @@ export async function makeToonShape() {
   let child = null;
   await guarded("centre", async () => {
     const text = toonShape(await api.getGenomeText(of.hash));
-    child = await storeChild("centre", of, text, "The toon shape");
+    child = await storeChild("centre", of, { text, name: "The toon shape" });
   });
   return child;
 }

@@ -5,6 +5,7 @@
  * @import { Genome, Individual, Lineage, Locks, Parameter } from "../model.js"
  */
 import { colorCode } from "../page/srgb.js";
+import { imageInLine, imageName } from "./images.js";
 
 /** @param {string} line "roughness 0.2", "f0 1 0.7 0.3", "distribution ggx" @returns {Parameter} */
 function parameterIn(line) {
@@ -34,10 +35,12 @@ export function genomeIn(text) {
   for (const line of text.split("\n")) {
     const [, part, name] = /^\.(model|effect)\s+(\S+)/.exec(line) ?? [];
     if (part === "model") found.layers.push({ model: name, parameters: [] });
-    else if (part === "effect") found.effects.push({ effect: name, parameters: [] });
-    else if (isOfLayer(line))
-      (found.effects.at(-1) ?? found.layers.at(-1))?.parameters.push(parameterIn(line));
-    else if (/^[A-Z]/.test(line)) {
+    else if (part === "effect") found.effects.push({ effect: name, parameters: [], images: [] });
+    else if (isOfLayer(line)) {
+      const image = found.effects.length > 0 ? imageInLine(line) : null;
+      if (image) found.effects.at(-1)?.images.push(image);
+      else (found.effects.at(-1) ?? found.layers.at(-1))?.parameters.push(parameterIn(line));
+    } else if (/^[A-Z]/.test(line)) {
       found.instructions += 1;
       for (const [, number] of line.matchAll(/\bC(\d+)\b/g)) constants.add(Number(number));
     }
@@ -157,9 +160,9 @@ export function locksFor(locks, { instructions, layers, effects }) {
       locks.effect_parameters,
       ({ effect, name }) => {
         const of = effects.find((one) => one.effect === effect);
-        return of?.parameters.some((one) => one.name === name) ?? false;
+        return of !== undefined && [...of.parameters, ...of.images].some((one) => one.name === name);
       },
-      ({ effect, name }) => `${plainName(name)} of ${effect}`,
+      ({ effect, name }) => `${imageName(plainName(name))} of ${effect}`,
     ),
     channels: sift(
       locks.channels,

@@ -134,9 +134,9 @@ const isWhollyLocked = ({ instructions, constants, layers, effects }, locks) =>
       locks.layers.includes(at) || parameters.every(({ name }) => hasParameter(locks, at, name)),
   ) &&
   effects.every(
-    ({ effect, parameters }) =>
+    ({ effect, parameters, images }) =>
       locks.effects.includes(effect) ||
-      parameters.every(({ name }) => hasEffectParameter(locks, effect, name)),
+      [...parameters, ...images].every(({ name }) => hasEffectParameter(locks, effect, name)),
   );
 
 /**

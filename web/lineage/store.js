@@ -130,6 +130,13 @@ class LineageStore {
   editing = signal(false);
   /** Edit of the centre, or of the last centre until its own is read. @type {Signal<Edit|null>} */
   edit = signal(null);
+  /** Key of the place of an effect chosen for an image. @type {Signal<string>} */
+  imagePlace = signal("");
+  /**
+   * Share of the image there, if the slider was moved; `of`: id of the individual.
+   * @type {Signal<{of: string, share: number}|null>}
+   */
+  imageShare = signal(null);
   /** Languages in which the server exports source code. @type {Signal<ExportFormat[]>} */
   exportFormats = signal([]);
 

@@ -1,5 +1,6 @@
 /** Files dropped on the window: objects, genomes, measurements, pictures, scenes. */
 import { isPicture, usePainting } from "../lineage/painting.js";
+import { openImage } from "../lineage/place_image.js";
 import { importMaterial } from "../lineage/presets.js";
 import { lineageStore } from "../lineage/store.js";
 import { showProblem } from "../page/problem.js";
@@ -55,8 +56,8 @@ export async function openFiles(files) {
 }
 
 /**
- * Gives a file to the field of a picture, or of a painting, below the pointer. Returns false if
- * there is none.
+ * Gives a file to the field of a picture, a painting or an image below the pointer. Returns false
+ * if there is none.
  * @param {EventTarget|null} target
  * @param {FileList|undefined} files
  */
@@ -68,6 +69,10 @@ function openInField(target, files) {
   if (!field || files?.length !== 1) return false;
   if (field.dataset.takes === "painting") {
     void usePainting(files[0]);
+    return true;
+  }
+  if (field.dataset.takes === "image") {
+    void openImage(files[0]);
     return true;
   }
   const key = Number(field.dataset.key);

@@ -46,6 +46,9 @@ pub enum RenderError {
         /// Number of objects of the frame.
         given: usize,
     },
+    /// A painted material names a control image that the job does not have.
+    #[error("there is no control image {0}; offline, give its file with --image")]
+    Image(String),
     /// The subject needs the file of a target.
     #[error("the job has a subject without its target")]
     NoTarget,

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use brood_genome::ImageHash;
 use brood_light::{AssetRef, Light, LightAssets};
 use brood_protocol::{
     ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, RenderJob,
@@ -14,6 +15,7 @@ use tokio_util::sync::CancellationToken;
 use crate::error::RenderError;
 use crate::lease::{Interrupted, JobKind, RetryPolicy, renew_lease, send_with_retry};
 use crate::light_asset_cache::LightAssetCache;
+use crate::loaded_image::LoadedImage;
 use crate::render_thread::RenderRequest;
 use crate::renderer::Renderer;
 use crate::scene_view::LoadedMesh;
@@ -102,9 +104,10 @@ impl RenderContext {
             }
         };
         let objects = self.objects(&work).await?;
+        let images = self.control_images(&work).await?;
         let (reply, done) = oneshot::channel();
         let closed = || Interrupted::Release("the render thread has ended".to_owned());
-        let request = RenderRequest { work, targets, mesh, objects, assets, reply };
+        let request = RenderRequest { work, targets, mesh, objects, assets, images, reply };
         self.requests.send(request).await.map_err(|_| closed())?;
         done.await.map_err(|_| closed())
     }
@@ -182,6 +185,37 @@ impl RenderContext {
             assets = tokio::task::spawn_blocking(read).await.map_err(failed)?.map_err(failed)?;
         }
         Ok(assets)
+    }
+
+    /// Returns the control images of the painted materials of a job.
+    async fn control_images(&self, work: &RenderJob) -> Result<Vec<LoadedImage>, Interrupted> {
+        let subjects = work.items.iter().flat_map(|item| item.subject.programs());
+        let words = subjects.map(|program| &program.words);
+        let words = words.chain(work.frame.objects.iter().map(|object| &object.words));
+        let mut images: Vec<LoadedImage> = Vec::new();
+        for words in words {
+            // Unreadable words are reported by the renderer.
+            let hashes = self.renderer.program(words).map(|program| program.images());
+            for hash in hashes.unwrap_or_default() {
+                if images.iter().any(|image| image.hash() == hash) {
+                    continue;
+                }
+                images.push(self.control_image(hash).await?);
+            }
+        }
+        Ok(images)
+    }
+
+    async fn control_image(&self, hash: ImageHash) -> Result<LoadedImage, Interrupted> {
+        if let Some(image) = self.renderer.cached_image(hash) {
+            return Ok(image);
+        }
+        let file = self.client.light_asset(&hash.to_string()).await;
+        let file = file.map_err(|error| Interrupted::by("download a control image", error))?;
+        let decode = move || LoadedImage::decode(&file.bytes);
+        let image = tokio::task::spawn_blocking(decode).await.map_err(failed)?.map_err(failed)?;
+        self.renderer.cache_image(&image);
+        Ok(image)
     }
 
     /// Returns the mesh and the light assets of a job in the scene of a target's picture.

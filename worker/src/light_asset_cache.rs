@@ -47,6 +47,7 @@ impl LightAssetCache {
             LightAssetKind::Environment => LightAsset::Environment(Arc::new(
                 decode_environment(bytes).map_err(|e| e.to_string())?,
             )),
+            LightAssetKind::Image => return Err("a light's file is a control image".to_owned()),
         };
         asset.add_to(name, assets);
         let bytes = match &asset {

@@ -1,11 +1,13 @@
 //! Pictures of painted materials: evaluated at points with all lights, and averaged in display
 //! values. The film of the scene has no effect on them.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
 use brood_brdf::Input;
 use brood_eval::{Developed, Gain, RadianceImage, develop_colors, linear_colors};
+use brood_genome::ImageHash;
 use brood_program::Program;
 use brood_protocol::{Backend, RenderStats};
 use brood_scene::SampleSet;
@@ -45,7 +47,8 @@ impl EvaluatedPicture for PaintedPicture<'_> {
 }
 
 impl Renderer {
-    /// Evaluates painted programs in batches on the points of the requested part of the picture.
+    /// Evaluates painted programs in batches, those with the same control images together, on the
+    /// points of the requested part of the picture.
     /// `finish` receives them as lowered for the lights of the scene.
     pub(crate) fn painted_images<T: Send>(
         &self,
@@ -56,11 +59,15 @@ impl Renderer {
         let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
         let (clear, plain): (Vec<usize>, Vec<usize>) =
             (0..programs.len()).partition(|at| programs[*at].glass().is_some());
-        if let Some(first) = plain.first() {
-            let set = self.points_for(shot, programs[*first])?;
-            let own: Vec<&Program> = plain.iter().map(|at| programs[*at]).collect();
+        let mut by_images: BTreeMap<Vec<ImageHash>, Vec<usize>> = BTreeMap::new();
+        for at in plain {
+            by_images.entry(programs[at].images()).or_default().push(at);
+        }
+        for together in by_images.into_values() {
+            let own: Vec<&Program> = together.iter().map(|at| programs[*at]).collect();
+            let set = self.points_for(shot, own[0])?;
             let images = self.images_on((&set, 0.0), shot.frame.backend, &own, &finish)?;
-            plain.into_iter().zip(images).for_each(|(at, image)| done[at] = Some(image));
+            together.into_iter().zip(images).for_each(|(at, image)| done[at] = Some(image));
         }
         for at in clear {
             let (set, own) = (self.points_for(shot, programs[at])?, &programs[at..=at]);
@@ -70,7 +77,7 @@ impl Renderer {
     }
 
     /// Returns the points of the requested part of a picture of a style: those of all, or of a
-    /// clear one its own, with what its rays see.
+    /// clear one its own, with what its rays see; with the colours of its control images.
     pub(crate) fn points_for(
         &self,
         shot: &Shot<'_>,
@@ -82,12 +89,14 @@ impl Renderer {
             return Err(RenderError::Lights { given, most });
         }
         let raster = Raster { size_px: frame.size_px, sampling: frame.sampling, area: *area };
-        if style.glass().is_none() {
-            return Ok(self.caches.points(view, raster));
-        }
-        let shot = Shot { view: shot.view_for(style), ..*shot };
-        let points = self.caches.clear_points(&shot.view, raster);
-        Ok(Arc::new(self.with_glass(&shot, (&points, raster), style)?))
+        let points = if style.glass().is_none() {
+            self.caches.points(view, raster)
+        } else {
+            let shot = Shot { view: shot.view_for(style), ..*shot };
+            let points = self.caches.clear_points(&shot.view, raster);
+            Arc::new(self.with_glass(&shot, (&points, raster), style)?)
+        };
+        Ok(self.with_images(&points, style)?.map_or(points, Arc::new))
     }
 
     /// Evaluates styles in batches on points of a picture with this exposure, and finishes the

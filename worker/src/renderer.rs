@@ -20,6 +20,7 @@ use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
 use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner, SampledPicture};
 use crate::evaluator::Evaluators;
+use crate::loaded_image::LoadedImage;
 use crate::render_counters::micros;
 use crate::scene_view::{LoadedAssets, LoadedMesh, Raster, SceneView};
 use crate::shot::{BATCH_FLOATS, Method, Shot};
@@ -37,6 +38,7 @@ pub struct Renderer {
     assets: Mutex<Arc<LoadedAssets>>,
     /// Uploaded meshes of objects beside the subject.
     pub(crate) object_meshes: Mutex<Vec<Arc<LoadedMesh>>>,
+    pub(crate) control_images: Mutex<Vec<LoadedImage>>,
 }
 
 impl Renderer {
@@ -59,10 +61,11 @@ impl Renderer {
             reflectances: Mutex::default(),
             assets: Mutex::new(Arc::new(LoadedAssets::new(LightAssets::default()))),
             object_meshes: Mutex::default(),
+            control_images: Mutex::default(),
         }
     }
 
-    /// Returns the cache, for light files.
+    /// Returns the cache, for light files and control images.
     pub(crate) fn entries(&self) -> BoundedCache {
         self.entries.clone()
     }

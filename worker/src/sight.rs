@@ -181,9 +181,12 @@ impl Renderer {
         backend: Backend,
     ) -> Result<Vec<SeenColor>, RenderError> {
         let lighting = points.lighting().expect("the samples are points");
-        let lowered = style.without_glass().painted(lighting);
+        let style = style.without_glass();
+        let lowered = style.painted(lighting);
+        let with_images = self.with_images(points, &style)?;
         let mut colors = Vec::new();
-        self.evaluators.eval(backend, &[&lowered], points, &mut colors)?;
+        let on = with_images.as_ref().unwrap_or(points);
+        self.evaluators.eval(backend, &[&lowered], on, &mut colors)?;
         Ok(seen_in(&shade(points, &colors), |color| color))
     }
 

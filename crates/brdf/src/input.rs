@@ -80,7 +80,7 @@ impl Input {
             Self::Depth | Self::NormalDotEyeStep | Self::DepthStep => 0.0,
             Self::Way0Length | Self::Way1Length => RANGE,
             Self::Way0Share => 1.0,
-            _ if Self::of_glass().any(|input| input == self) => 0.0,
+            _ if Self::of_glass().any(|input| input == self) || self.is_of_image() => 0.0,
             Self::P2 => cos_o - cos_i,
             Self::SmoothP4 => azimuth(pair, Parametrisation::Smooth).p4,
             // Not known of a pair: sets of points have them as columns.

@@ -13,7 +13,7 @@ use brood_scene::{Exposure, MeshRef, PictureSize, Sampling, Scene, Tone};
 use brood_worker::{LoadedMesh, Renderer};
 use clap::Args;
 
-use crate::{light_file, object_file};
+use crate::{image_file, light_file, object_file};
 
 /// Largest side of a picture in pixels.
 const SIDE_MAX_PX: u32 = 4096;
@@ -41,6 +41,10 @@ pub struct FrameArgs {
     /// its objects, are read from its folder
     #[arg(long, value_name = "JSON")]
     pub scene: Option<PathBuf>,
+    /// Control image that a painted material names by its hash (`brood image`): a PNG or JPEG; may
+    /// be repeated
+    #[arg(long = "image", value_name = "FILE")]
+    pub images: Vec<PathBuf>,
     /// Replace the lights by one point light at this position, as bright as the default light
     #[arg(long, value_name = "X,Y,Z", conflicts_with = "light_deg", allow_hyphen_values = true)]
     pub light: Option<Position>,
@@ -119,6 +123,8 @@ impl FrameArgs {
         let mut scene = self.read_scene()?;
         let folder = self.scene.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         renderer.set_light_assets(light_file::read(&scene, folder)?);
+        let images = self.images.iter().map(|path| image_file::read(path));
+        renderer.set_control_images(images.collect::<Result<_>>()?);
         self.check_memory(&scene)?;
         if let Some(name) = &self.mesh {
             scene.mesh = match BuiltinMesh::from_name(name) {

@@ -15,6 +15,7 @@ mod fit;
 mod frame;
 mod front;
 mod gallery;
+mod image_file;
 mod inspect;
 mod light_file;
 mod lock;
@@ -63,6 +64,8 @@ enum Command {
     Breed(breed::BreedArgs),
     /// Print the colours of a picture by regions, for `breed --painting`
     Palette(palette::PaletteArgs),
+    /// Print the hashes by which painted genomes name control images
+    Image(image_file::ImageArgs),
     /// Render a material into a PNG or EXR file
     Render(render::RenderArgs),
     /// Print the reflectance of a material for pairs of directions
@@ -102,6 +105,7 @@ fn main() -> ExitCode {
         Command::Backup(args) => backup::run(&args, cli.json),
         Command::Breed(args) => breed::run(&args, cli.json),
         Command::Palette(args) => palette::run(&args, cli.json),
+        Command::Image(args) => image_file::run(&args, cli.json),
         Command::Render(args) => render::run(&args, cli.json),
         Command::Eval(args) => eval::run(&args, cli.json),
         Command::Fit(args) => fit::run(&args, cli.json),

@@ -19,6 +19,12 @@ pub enum PrintError {
          remove the effect glass to export it"
     )]
     Glass,
+    /// The material has control images.
+    #[error(
+        "a painted material with control images is not exported: the formats have no textures; \
+         remove its images to export it"
+    )]
+    Images,
     /// The light amount is a picture of a BRDF.
     #[error(
         "a painted material `by brdf` is not exported: its amount of light is a picture of its \

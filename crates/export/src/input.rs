@@ -142,6 +142,22 @@ pub(crate) fn name(input: Input) -> String {
         Input::ReflectedGreen => "reflected_green",
         Input::ReflectedBlue => "reflected_blue",
         Input::ReflectedStep => "reflected_step",
+        Input::Image0Red => "image_0_red",
+        Input::Image0Green => "image_0_green",
+        Input::Image0Blue => "image_0_blue",
+        Input::Image0Opacity => "image_0_opacity",
+        Input::Image1Red => "image_1_red",
+        Input::Image1Green => "image_1_green",
+        Input::Image1Blue => "image_1_blue",
+        Input::Image1Opacity => "image_1_opacity",
+        Input::Image2Red => "image_2_red",
+        Input::Image2Green => "image_2_green",
+        Input::Image2Blue => "image_2_blue",
+        Input::Image2Opacity => "image_2_opacity",
+        Input::Image3Red => "image_3_red",
+        Input::Image3Green => "image_3_green",
+        Input::Image3Blue => "image_3_blue",
+        Input::Image3Opacity => "image_3_opacity",
         _ => unreachable!("{OF_LIGHTS}"),
     };
     name.to_owned()
@@ -266,7 +282,7 @@ pub(crate) fn bound(input: Input, uv: f32) -> f32 {
     }
     match input {
         Input::Way0Length | Input::Way1Length => 1.6 * RANGE,
-        _ if Input::of_glass().any(|glass| glass == input) => 1.6,
+        _ if Input::of_glass().any(|glass| glass == input) || input.is_of_image() => 1.6,
         Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => 1.6,
         Input::ReflectedLevel | Input::ReflectedStep => 1.6,
         Input::ReflectedRed | Input::ReflectedGreen | Input::ReflectedBlue => 1.6,

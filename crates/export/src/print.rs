@@ -43,6 +43,9 @@ pub fn print(program: &Program, format: Format, within: Within) -> Result<String
     if program.is_by_brdf() {
         return Err(PrintError::ByBrdf);
     }
+    if !program.images().is_empty() {
+        return Err(PrintError::Images);
+    }
     match (format.language(), program.meaning()) {
         (Some(_), Meaning::Reflectance) => Ok(export_within(program, format, within.uv)),
         (Some(language), _) => {

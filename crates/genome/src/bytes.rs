@@ -1,23 +1,16 @@
 //! Canonical byte encoding of a genome, its decoder, and the content hash over it.
 
-use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-use std::fmt;
-use std::str::FromStr;
-
 use crate::effect::{PALETTE_MAX, PALETTE_MIN};
 use crate::{
-    CONSTANTS, Dialect, Effect, EffectKind, EffectsError, Genome, GenomeError, Instruction,
-    InstructionError, LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet, Operand, Output,
-    OutputError, Palette, Parameter, ParameterValues, Parametrisation, Register, Swizzle,
-    WriteMask,
+    CONSTANTS, Dialect, Effect, EffectImage, EffectKind, EffectsError, Genome, GenomeError,
+    GenomeHash, ImageHash, Instruction, InstructionError, LAYERS_MAX, Model, ModelKind, Opcode,
+    OpcodeSet, Operand, Output, OutputError, Palette, Parameter, ParameterValues, Parametrisation,
+    Register, Swizzle, WriteMask,
 };
 
 const HEAD: &[u8] = b"brood genome 1\n";
-
-/// Identity of a genome: BLAKE3 hash of its canonical bytes. Hashes are equal exactly if all parts
-/// have the same bits; `==` of genomes does not distinguish constants 0 and -0.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct GenomeHash([u8; 32]);
+/// Bit of an effect with images, beside the number of its kind.
+const HAS_IMAGES: u8 = 0x80;
 
 /// Error of [`Genome::from_canonical_bytes`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -62,52 +55,6 @@ pub enum BytesError {
     /// The parts do not make a genome.
     #[error(transparent)]
     Genome(#[from] GenomeError),
-}
-
-/// Error of parsing a [`GenomeHash`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("a hash must be 64 hexadecimal digits")]
-pub struct HashError;
-
-impl GenomeHash {
-    /// Bytes of the hash.
-    #[must_use]
-    pub fn as_bytes(&self) -> &[u8; 32] {
-        &self.0
-    }
-
-    /// Creates a hash from its bytes.
-    #[must_use]
-    pub fn from_bytes(bytes: [u8; 32]) -> Self {
-        Self(bytes)
-    }
-}
-
-impl fmt::Display for GenomeHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
-}
-
-impl FromStr for GenomeHash {
-    type Err = HashError;
-
-    fn from_str(text: &str) -> Result<Self, HashError> {
-        let hash = blake3::Hash::from_hex(text).map_err(|_| HashError)?;
-        Ok(Self(*hash.as_bytes()))
-    }
-}
-
-impl Serialize for GenomeHash {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(self)
-    }
-}
-
-impl<'de> Deserialize<'de> for GenomeHash {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        String::deserialize(deserializer)?.parse().map_err(de::Error::custom)
-    }
 }
 
 impl Genome {
@@ -207,7 +154,7 @@ impl Genome {
     /// Content hash.
     #[must_use]
     pub fn hash(&self) -> GenomeHash {
-        GenomeHash(*blake3::hash(&self.canonical_bytes()).as_bytes())
+        GenomeHash::of(&self.canonical_bytes())
     }
 }
 
@@ -292,12 +239,42 @@ impl Reader<'_> {
     fn effect(&mut self) -> Result<Effect, BytesError> {
         let at = self.at();
         let invalid = BytesError::Effect { at };
-        let kind = self.byte(EffectKind::from_number)?;
+        let (kind, has_images) = self.byte(|byte| {
+            let kind = EffectKind::from_number(byte & !HAS_IMAGES)?;
+            Some((kind, byte & HAS_IMAGES != 0))
+        })?;
         let palette = if kind.has_palette() { Some(self.palette(at)?) } else { None };
         let values = self.numbers(kind.parameters())?;
         let made = ParameterValues::from_values(kind.name(), kind.parameters(), &values);
         let made = made.ok().and_then(|values| Effect::new(kind, values, palette).ok());
-        made.filter(|effect| has_bits(effect.values().values(), &values)).ok_or(invalid)
+        let made = made.filter(|effect| has_bits(effect.values().values(), &values));
+        let made = made.ok_or(invalid)?;
+        match has_images {
+            true => made.with_images(self.images(kind)?).map_err(|_| invalid),
+            false => Ok(made),
+        }
+    }
+
+    /// Reads the images of an effect, at least one, in the order of their places.
+    fn images(&mut self, kind: EffectKind) -> Result<Vec<EffectImage>, BytesError> {
+        let places = kind.image_places();
+        let is_count = |count: u8| (1..=places.len()).contains(&count.into());
+        let count = self.byte(|count| is_count(count).then_some(count))?;
+        let mut next = 0;
+        let image = |_| {
+            let place =
+                self.byte(|place| (next..places.len()).contains(&place.into()).then_some(place))?;
+            next = usize::from(place) + 1;
+            let image = ImageHash::from_bytes(self.take()?);
+            let at = self.at();
+            let share = f64::from_le_bytes(self.take()?);
+            // -0 would be a second encoding of 0.
+            match (0.0..=1.0).contains(&share) && share.is_sign_positive() {
+                true => Ok(EffectImage { place: places[usize::from(place)].name, image, share }),
+                false => Err(BytesError::Effect { at }),
+            }
+        };
+        (0..count).map(image).collect()
     }
 
     /// Reads the palette of the effect at an offset.
@@ -352,9 +329,11 @@ fn has_bits(made: &[f64], read: &[f64]) -> bool {
 }
 
 /// Writes the number of an effect's kind, its palette if the kind has one (number of colours, their
-/// codes, the edges as f64), and its parameter values as f64.
+/// codes, the edges as f64), and its parameter values as f64. If it has images, bit 7 of the first
+/// byte is set, and they follow: their number, and for each its place, hash and share.
 fn write_effect(effect: &Effect, bytes: &mut Vec<u8>) {
-    bytes.push(effect.kind().number());
+    let flag = if effect.images().is_empty() { 0 } else { HAS_IMAGES };
+    bytes.push(effect.kind().number() | flag);
     let edges = effect.palette().map_or(&[][..], Palette::edges);
     if let Some(palette) = effect.palette() {
         bytes.push(u8::try_from(palette.colors().len()).expect("a palette has at most 8 colours"));
@@ -362,6 +341,17 @@ fn write_effect(effect: &Effect, bytes: &mut Vec<u8>) {
     }
     let numbers = edges.iter().chain(effect.values().values());
     bytes.extend(numbers.flat_map(|number| number.to_bits().to_le_bytes()));
+    if flag != 0 {
+        bytes.push(u8::try_from(effect.images().len()).expect("an effect has few images"));
+    }
+    let places = effect.kind().image_places();
+    for EffectImage { place, image, share } in effect.images() {
+        let place = places.iter().position(|own| own.name == *place);
+        let place = place.expect("images take places of their effect");
+        bytes.push(u8::try_from(place).expect("an effect has few places"));
+        bytes.extend(image.as_bytes());
+        bytes.extend(share.to_bits().to_le_bytes());
+    }
 }
 
 /// Register (bit 7 is set for a constant), swizzle, and 1 if the value is negated.

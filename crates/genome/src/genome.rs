@@ -3,8 +3,8 @@
 
 use crate::effect::{self, Effect, EffectsError};
 use crate::{
-    CONSTANTS, Dialect, DialectError, Instruction, InstructionError, Model, Opcode, Operand,
-    Output, RANGE, Register, Swizzle, WriteMask,
+    CONSTANTS, Dialect, DialectError, ImageHash, Instruction, InstructionError, Model, Opcode,
+    Operand, Output, RANGE, Register, Swizzle, WriteMask,
 };
 
 /// Largest number of layers of a genome.
@@ -211,6 +211,12 @@ impl Genome {
     #[must_use]
     pub fn effects(&self) -> &[Effect] {
         &self.effects
+    }
+
+    /// Different control images of the effects, in the order of their first use.
+    #[must_use]
+    pub fn images(&self) -> Vec<ImageHash> {
+        effect::images_of(&self.effects)
     }
 
     /// True if the genome is a painted material: it has effects.

@@ -32,6 +32,7 @@ mod effect;
 mod expand;
 mod functions;
 mod genome;
+mod hash;
 mod instruction;
 mod interpret;
 mod json;
@@ -53,15 +54,16 @@ mod variation;
 
 pub use arithmetic::{Arithmetic, Function};
 pub use brood_brdf::named_enum;
-pub use bytes::{BytesError, GenomeHash, HashError};
+pub use bytes::BytesError;
 pub use dialect::{Dialect, DialectConstraints, DialectError, InitialValue, OpcodeSet};
 pub use effect::{
-    Basis, Effect, EffectError, EffectKind, EffectsError, PALETTE_MAX, PALETTE_MIN, Palette,
-    PaletteError,
+    Basis, Effect, EffectError, EffectImage, EffectKind, EffectsError, IMAGES_MAX, ImagePlace,
+    PALETTE_MAX, PALETTE_MIN, Palette, PaletteError,
 };
 pub use expand::{ScalarMachine, expand};
 pub use functions::Functions;
 pub use genome::{Genome, GenomeError, LAYERS_MAX};
+pub use hash::{GenomeHash, HashError, ImageHash};
 pub use instruction::{Instruction, InstructionError};
 pub use interpret::interpret;
 pub use json::JsonError;

@@ -5,6 +5,7 @@
 //! as wide as the change of their argument over a pixel, so edges have no stairs.
 
 mod glass;
+mod image;
 mod ramp;
 mod reflected;
 
@@ -16,6 +17,7 @@ use brood_genome::{
 use crate::build::{Builder, Reference};
 use crate::lower::{SCRATCH, Scratch};
 use crate::{Meaning, Operand, Program};
+use image::Control;
 use ramp::{Amount, Painter, Ramp};
 
 impl Program {
@@ -31,7 +33,8 @@ impl Program {
         SCRATCH.with_borrow_mut(|Scratch { builder, collected, .. }| {
             builder.clear(false);
             let shift = shift(self, builder);
-            let mut painter = Painter { builder, lighting };
+            let images = self.images();
+            let mut painter = Painter { builder, lighting, images: &images };
             let mut color = [Reference::default(); 3];
             for effect in effects {
                 color = match effect.kind() {
@@ -99,12 +102,16 @@ impl Painter<'_> {
     fn light(&mut self, effect: &Effect, shift: Reference) -> [Reference; 3] {
         let palette = effect.palette().expect("a light effect has a palette");
         let basis = Basis::from_name(effect.word("basis")).expect("words are those of the basis");
+        let shift = self.shift_by_map(effect).unwrap_or(shift);
         let amounts = self.amounts(effect).map(|amount| self.brushed(effect, amount, shift));
         let mut mixed: [Option<Reference>; 3] = [None; 3];
         for channel in 0..3 {
             // Equal amounts give equal nodes, so that a grey amount is computed once.
             mixed[channel] = Some(match basis {
-                Basis::Bezier => self.bezier(palette, channel, amounts[channel].value),
+                Basis::Bezier => {
+                    let colors = self.controls((palette, effect), channel);
+                    self.bezier(&colors, amounts[channel].value)
+                }
                 _ => self.mixture((palette, effect), basis, channel, amounts[channel]),
             });
         }
@@ -198,13 +205,12 @@ impl Painter<'_> {
     ) -> Reference {
         let feather = if basis == Basis::Step { 0.0 } else { effect.scalar("feather") };
         let width = self.width(feather, amount.gradient);
-        let codes = palette.colors().iter().map(|color| color[channel]);
-        let colors: Vec<f64> = codes.map(|code| f64::from(code) / 255.0).collect();
-        let mut sum = self.number(colors[0]);
+        let colors = self.controls((palette, effect), channel);
+        let mut sum = self.control(colors[0]);
         for (pair, edge) in colors.windows(2).zip(palette.edges()) {
             let share = self.ramp(amount.value, *edge, width);
             let share = self.smoothed(basis, share);
-            let difference = self.number(pair[1] - pair[0]);
+            let difference = self.difference(pair[0], pair[1]);
             let part = self.mul(difference, share);
             sum = self.add(sum, part);
         }
@@ -234,9 +240,9 @@ impl Painter<'_> {
     }
 
     /// One channel of the Bezier curve through a palette, by de Casteljau's steps.
-    fn bezier(&mut self, palette: &Palette, channel: usize, amount: Reference) -> Reference {
-        let codes = palette.colors().iter().map(|color| f64::from(color[channel]) / 255.0);
-        let mut points: Vec<Reference> = codes.map(|code| self.number(code)).collect();
+    fn bezier(&mut self, colors: &[Control], amount: Reference) -> Reference {
+        let mut points: Vec<Reference> =
+            colors.iter().map(|control| self.control(*control)).collect();
         while points.len() > 1 {
             points = points.windows(2).map(|pair| self.mixed(pair[0], pair[1], amount)).collect();
         }
@@ -285,11 +291,12 @@ impl Painter<'_> {
         shares: [Reference; 3],
     ) -> [Reference; 3] {
         let color = effect.color("color");
-        let strength = self.scalar(effect, "strength");
+        let strength = self.strength(effect);
         let mut over = under;
         for (channel, over) in over.iter_mut().enumerate() {
             let share = self.mul(strength, shares[channel]);
             let color = self.number(color[channel]);
+            let color = self.imaged(effect, channel, color);
             *over = self.mixed(*over, color, share);
         }
         over

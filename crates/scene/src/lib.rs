@@ -18,6 +18,7 @@
 
 mod backdrop;
 mod clip_from;
+mod control_image;
 mod description;
 mod prefiltered;
 mod sample_set;
@@ -25,6 +26,7 @@ mod stage;
 
 pub use backdrop::{backdrop_radiance, radiance_towards};
 pub use clip_from::{ClipFrom, ClipFromError};
+pub use control_image::ControlImage;
 pub use description::{
     Backdrop, Camera, EV_MAX, Exposure, Film, Ground, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera,
     MeshRef, Normals, OBJECTS_MAX, OrbitCamera, OrthographicCamera, Scene, SceneObject, SpherePole,

@@ -9,6 +9,7 @@ mod clear;
 mod cluster;
 mod fixed;
 mod frame;
+mod images;
 mod layout;
 #[cfg(test)]
 mod light_tests;

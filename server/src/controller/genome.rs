@@ -11,6 +11,7 @@ use http::{HeaderMap, HeaderValue, Request, StatusCode, header};
 
 use super::create_once;
 use super::file::has_already;
+use crate::control_image;
 use crate::extract::{Path, parse_json, read_upload};
 use crate::idempotency::IdempotencyKey;
 use crate::limit;
@@ -48,6 +49,7 @@ pub async fn create(
             Ok((genome, program, live))
         });
         let (genome, program, live) = parsed.await??;
+        control_image::check(&app.store, &genome).await?;
         let hash = genome.hash();
         let live = u32::try_from(live).expect("genomes have at most 1024 instructions");
         let new = NewGenome {

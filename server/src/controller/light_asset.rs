@@ -1,16 +1,20 @@
-//! Files of lights: IES profiles and environment images, parsed as a check and stored unchanged.
+//! Files of lights and painted materials: IES profiles, environment images and control images,
+//! parsed as a check and stored unchanged.
 
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_eval::decode_environment;
+use brood_eval::{decode_display, decode_environment};
 use brood_light::{BuiltinEnvironment, IesProfile};
 use brood_protocol::{LightAssetAnswer, LightAssetKind};
+use brood_target::KnownView;
 use http::{Request, StatusCode, header};
 
 use super::create_once;
 use super::file::IMMUTABLE;
+use super::target::read::{REASON_CHARS, clean};
+use crate::control_image;
 use crate::extract::{Path, read_upload};
 use crate::idempotency::IdempotencyKey;
 use crate::lighting;
@@ -40,6 +44,31 @@ pub async fn create_environment(
     request: Request<Body>,
 ) -> Result<Response, ApiError> {
     ENVIRONMENT.store(&app, key, request).await
+}
+
+/// Uploads a control image of painted materials: PNG or JPEG, at most 4096 pixels a side.
+#[utoipa::path(post, path = "/v1/images", tag = "genomes",
+    request_body(content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg"))),
+    responses((status = 201, body = LightAssetAnswer)))]
+pub async fn create_image(
+    State(app): State<App>,
+    key: IdempotencyKey,
+    request: Request<Body>,
+) -> Result<Response, ApiError> {
+    IMAGE.store(&app, key, request).await
+}
+
+/// Returns a control image as it was uploaded.
+#[utoipa::path(get, path = "/v1/images/{id}", tag = "genomes",
+    params(("id" = String, Path, description = "64 hexadecimal digits")),
+    responses((status = 200, content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg")))))]
+pub async fn image(
+    State(app): State<App>,
+    Path(id): Path<String>,
+) -> Result<impl IntoResponse, ApiError> {
+    let bytes = control_image::file(&app.store, &id).await?;
+    let media_type = if bytes.starts_with(b"\x89PNG") { "image/png" } else { "image/jpeg" };
+    Ok(([(header::CACHE_CONTROL, IMMUTABLE), (header::CONTENT_TYPE, media_type)], bytes))
 }
 
 /// Environment as painted materials see it: light from one direction.
@@ -93,6 +122,13 @@ const ENVIRONMENT: Upload = Upload {
     limit_bytes: limit::ENVIRONMENT_BYTES,
 };
 
+const IMAGE: Upload = Upload {
+    kind: LightAssetKind::Image,
+    collection: "/v1/images",
+    media_types: &["image/png", "image/jpeg"],
+    limit_bytes: limit::TARGET_BYTES,
+};
+
 impl Upload {
     async fn store(
         &self,
@@ -129,6 +165,8 @@ pub fn answer(kind: LightAssetKind, bytes: &[u8]) -> Result<LightAssetAnswer, Ap
         lumens: None,
         peak_candela: None,
         mean_radiance: None,
+        width: None,
+        height: None,
     };
     match kind {
         LightAssetKind::Profile => {
@@ -139,6 +177,11 @@ pub fn answer(kind: LightAssetKind, bytes: &[u8]) -> Result<LightAssetAnswer, Ap
         LightAssetKind::Environment => {
             let map = decode_environment(bytes).map_err(|error| refuse(error.to_string()))?;
             answer.mean_radiance = Some(map.mean());
+        }
+        LightAssetKind::Image => {
+            let read = decode_display(bytes, KnownView::SIDE_MOST);
+            let read = read.map_err(|error| refuse(clean(&error.to_string(), REASON_CHARS)))?;
+            (answer.width, answer.height) = (Some(read.width), Some(read.height));
         }
     }
     Ok(answer)

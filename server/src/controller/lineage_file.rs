@@ -10,7 +10,7 @@ use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
-use brood_genome::{GenomeHash, Start};
+use brood_genome::{GenomeHash, ImageHash, Start};
 use brood_protocol::{BreedOptions, IndividualId, Lineage, LineageId, MeshSource, ParentRef};
 use brood_storage::{StoredGeneration, StoredGenome};
 use http::{Request, StatusCode, header};
@@ -19,6 +19,7 @@ pub use form::LineageFile;
 use form::{FileGeneration, FileIndividual, FileLightAsset};
 
 use super::create_once;
+use crate::control_image;
 use crate::extract::{Path, parse_json, read_upload};
 use crate::idempotency::IdempotencyKey;
 use crate::library::read_genome;
@@ -74,6 +75,11 @@ pub async fn export(
             object_meshes.insert(object.mesh.to_string(), BASE64_STANDARD.encode(data));
         }
     }
+    let (genomes, images) = texts(&app, &hashes).await?;
+    for hash in images {
+        let (kind, bytes) = app.store.light_asset(*hash.as_bytes()).await?;
+        light_assets.push(FileLightAsset { kind, bytes: BASE64_STANDARD.encode(bytes) });
+    }
     let file = LineageFile {
         brood_lineage: form::VERSION,
         name: lineage.name,
@@ -89,7 +95,7 @@ pub async fn export(
         mesh,
         object_meshes,
         light_assets,
-        genomes: texts(&app, &hashes).await?,
+        genomes,
         generations: stored.into_iter().map(|one| present(one, &own, &foreign)).collect(),
     };
     let disposition = format!("attachment; filename=\"lineage-{id}.json\"");
@@ -116,7 +122,15 @@ pub async fn import(
             import::check(file)
         };
         let checked = app.processors.run(check).await??;
-        let import::Checked { file, genomes, mesh, object_meshes, light_assets } = checked;
+        let import::Checked { file, genomes, images, mesh, object_meshes, light_assets } = checked;
+        for (kind, bytes) in light_assets {
+            app.store.put_light_asset(*blake3::hash(&bytes).as_bytes(), kind, bytes).await?;
+        }
+        for (hash, image) in images {
+            let pointer = format!("/genomes/{hash}");
+            let checked = control_image::check_one(&app.store, image).await;
+            checked.map_err(|error| error.at(pointer))?;
+        }
         let mut scene = file.scene.clone();
         if let Some((mesh, data)) = mesh {
             let id = app.store.put_mesh(mesh, data).await?;
@@ -135,9 +149,6 @@ pub async fn import(
             }
         }
         app.library.meshes(&scene).await.map_err(|error| error.inside("/scene"))?;
-        for (kind, bytes) in light_assets {
-            app.store.put_light_asset(*blake3::hash(&bytes).as_bytes(), kind, bytes).await?;
-        }
         lighting::check(&app.store, &scene).await.map_err(|error| error.at("/scene/lights"))?;
         let scene = super::scene::store(&app, &scene).await?;
         let mut new = import::assemble(file, genomes, scene)?;
@@ -197,27 +208,32 @@ async fn foreign_parents(
     Ok(found)
 }
 
+/// Returns the texts of genomes by their hashes, and their control images.
 async fn texts(
     app: &App,
     hashes: &BTreeSet<GenomeHash>,
-) -> Result<BTreeMap<String, String>, ApiError> {
+) -> Result<(BTreeMap<String, String>, BTreeSet<ImageHash>), ApiError> {
     let hashes: Vec<_> = hashes.iter().copied().collect();
-    let mut texts = BTreeMap::new();
+    let (mut texts, mut images) = (BTreeMap::new(), BTreeSet::new());
     let mut bytes = 0;
     for some in hashes.chunks(CHUNK) {
         let found = app.store.genomes(some).await?;
         let write = move || -> Result<Vec<_>, ApiError> {
             let text = |(hash, stored): (&GenomeHash, &StoredGenome)| {
-                Ok((hash.to_string(), read_genome(*hash, stored)?.to_string()))
+                let genome = read_genome(*hash, stored)?;
+                Ok((hash.to_string(), genome.to_string(), genome.images()))
             };
             found.iter().map(text).collect()
         };
         let written = run_blocking(write).await??;
-        bytes += written.iter().map(|(_, text)| text.len()).sum::<usize>();
+        bytes += written.iter().map(|(_, text, _)| text.len()).sum::<usize>();
         check_bytes(bytes)?;
-        texts.extend(written);
+        for (hash, text, own) in written {
+            texts.insert(hash, text);
+            images.extend(own);
+        }
     }
-    Ok(texts)
+    Ok((texts, images))
 }
 
 fn present(

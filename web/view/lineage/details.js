@@ -31,6 +31,7 @@ import { TargetSection } from "../search/active_target.js";
 import { EditButtons, Editor } from "./editor.js";
 import { Effects } from "./effects.js";
 import { Exports } from "./exports.js";
+import { Images } from "./images.js";
 import { Layers } from "./layers.js";
 
 /**
@@ -114,7 +115,7 @@ function Centre() {
       </dl>
       ${layers && (presentEdit() ? html`<${Editor} />` : html`<${Layers} of=${layers} lockable=${true} />`)}
       ${layers && html`<${EditButtons} />`}
-      ${painted && effects.length > 0 && html`<${Effects} of=${effects} />`}
+      ${painted && effects.length > 0 && html`<${Effects} of=${effects} /><${Images} of=${effects} />`}
       ${painted && html`<p class="small" data-testid="painted-note">A painted material is not a BRDF: it has no reflectance to inspect or to search from.${isByBrdf(genome) ? " This one paints what its BRDF reflects; the server draws it." : ""}</p>`}
       ${(genome || lineageStore.programsOnly.value) && !painted && html`<button type="button" class="start" data-testid="toon-shape" title="A child that paints what this material reflects with a palette; breeding changes both" onClick=${() => void makeToonShape()}>Make a toon shape</button>`}
       <button type="button" class="start" data-testid="inspect" disabled=${painted} title="Its code, its reflectance, and its locks (I on a frame)" onClick=${() => openInspector(of, nameOf("centre"))}>Inspect the genome</button>

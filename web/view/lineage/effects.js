@@ -1,14 +1,16 @@
 /**
  * Tables of the effects of a painted genome: each parameter with its value, its colours and its
- * lock.
+ * lock, and each image with its share.
  *
- * @import { Effect, Parameter } from "../../model.js"
+ * @import { Effect, EffectImage, Parameter } from "../../model.js"
  */
+import { imageName, percent, placeInWords } from "../../lineage/images.js";
 import { codesOf, plainName } from "../../lineage/layers.js";
 import { hasEffectParameter, toggleEffect, toggleEffectParameter } from "../../lineage/locks.js";
 import { lineageStore } from "../../lineage/store.js";
 import { amount } from "../../page/format.js";
 import { html } from "../html.js";
+import { Thumbnail } from "./images.js";
 import { Lock } from "./locks.js";
 
 /** Swatches of colours, or the value in words. @param {{of: Parameter}} props */
@@ -18,28 +20,58 @@ function Value({ of }) {
   return codes.map((code, at) => html`<span key=${at} class="swatch" role="img" aria-label=${code} title=${code} style=${{ background: code }}></span>`);
 }
 
+/**
+ * Lock of a part of an effect.
+ * @param {{part: string, name: string, effect: string}} props `part`: name in the genome; `name`:
+ *   in words
+ */
+function PartLock({ part, name, effect }) {
+  const locks = lineageStore.locks.value;
+  const held = locks.effects.includes(effect) ? "its effect is locked" : "";
+  return html`
+    <${Lock} name=${`${name} of ${effect}`} on=${hasEffectParameter(locks, effect, part)} held=${held}
+      onClick=${() => toggleEffectParameter(effect, part)} />
+  `;
+}
+
 /** @param {{of: Parameter, effect: string}} props */
 function Row({ of, effect }) {
-  const locks = lineageStore.locks.value;
   const name = plainName(of.name);
   const title = typeof of.value === "string" ? of.value : of.value.join(" ");
   return html`
     <tr data-parameter=${of.name}>
-      <td><${Lock} name=${`${name} of ${effect}`} on=${hasEffectParameter(locks, effect, of.name)} held=${locks.effects.includes(effect) ? "its effect is locked" : ""} onClick=${() => toggleEffectParameter(effect, of.name)} /></td>
+      <td><${PartLock} part=${of.name} name=${name} effect=${effect} /></td>
       <th scope="row">${name}</th>
       <td class="value" title=${title}><${Value} of=${of} /></td>
     </tr>
   `;
 }
 
+/** @param {{of: EffectImage, effect: string}} props */
+function ImageRow({ of, effect }) {
+  const name = imageName(of.name);
+  return html`
+    <tr data-image=${of.name}>
+      <td><${PartLock} part=${of.name} name=${name} effect=${effect} /></td>
+      <th scope="row">${name}</th>
+      <td class="value" title=${`share ${of.share}`}>
+        <${Thumbnail} image=${of.image} name=${placeInWords({ effect, name: of.name })} /> ${percent(of.share)}
+      </td>
+    </tr>
+  `;
+}
+
 /** @param {{of: Effect}} props */
-const Table = ({ of: { effect, parameters } }) => html`
+const Table = ({ of: { effect, parameters, images } }) => html`
   <table class="layer" data-effect=${effect}>
     <caption><span>
       <${Lock} name=${effect} on=${lineageStore.locks.value.effects.includes(effect)} held="" onClick=${() => toggleEffect(effect)} />
       <span>${effect}</span>
     </span></caption>
-    <tbody>${parameters.map((one) => html`<${Row} key=${one.name} of=${one} effect=${effect} />`)}</tbody>
+    <tbody>
+      ${images.map((one) => html`<${ImageRow} key=${`image ${one.name}`} of=${one} effect=${effect} />`)}
+      ${parameters.map((one) => html`<${Row} key=${one.name} of=${one} effect=${effect} />`)}
+    </tbody>
   </table>
 `;
 

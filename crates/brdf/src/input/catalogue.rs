@@ -267,6 +267,39 @@ crate::named_enum! {
         Way1Blue => "way.b.1",
         /// Length of the second way inside the body, in its radii; 65504 if nothing is seen.
         Way1Length => "way.d.1",
+        /// Red of the first control image of a painted material, in display values times its
+        /// opacity.
+        Image0Red => "image.r.0",
+        /// Green of the first control image, times its opacity.
+        Image0Green => "image.g.0",
+        /// Blue of the first control image, times its opacity.
+        Image0Blue => "image.b.0",
+        /// Opacity of the first control image.
+        Image0Opacity => "image.a.0",
+        /// Red of the second control image, times its opacity.
+        Image1Red => "image.r.1",
+        /// Green of the second control image, times its opacity.
+        Image1Green => "image.g.1",
+        /// Blue of the second control image, times its opacity.
+        Image1Blue => "image.b.1",
+        /// Opacity of the second control image.
+        Image1Opacity => "image.a.1",
+        /// Red of the third control image, times its opacity.
+        Image2Red => "image.r.2",
+        /// Green of the third control image, times its opacity.
+        Image2Green => "image.g.2",
+        /// Blue of the third control image, times its opacity.
+        Image2Blue => "image.b.2",
+        /// Opacity of the third control image.
+        Image2Opacity => "image.a.2",
+        /// Red of the fourth control image, times its opacity.
+        Image3Red => "image.r.3",
+        /// Green of the fourth control image, times its opacity.
+        Image3Green => "image.g.3",
+        /// Blue of the fourth control image, times its opacity.
+        Image3Blue => "image.b.3",
+        /// Opacity of the fourth control image.
+        Image3Opacity => "image.a.3",
     }
 }
 
@@ -309,6 +342,14 @@ impl Input {
     /// L / (1 + L) of what the BRDF of a painted material reflects: luminance, red, green, blue.
     pub const REFLECTED: [Self; 4] =
         [Self::ReflectedLevel, Self::ReflectedRed, Self::ReflectedGreen, Self::ReflectedBlue];
+    /// Red, green, blue and opacity of the control images of a painted material, in the order of
+    /// their first use. A set has them only where they were added.
+    pub const IMAGES: [[Self; 4]; 4] = [
+        [Self::Image0Red, Self::Image0Green, Self::Image0Blue, Self::Image0Opacity],
+        [Self::Image1Red, Self::Image1Green, Self::Image1Blue, Self::Image1Opacity],
+        [Self::Image2Red, Self::Image2Green, Self::Image2Blue, Self::Image2Opacity],
+        [Self::Image3Red, Self::Image3Green, Self::Image3Blue, Self::Image3Opacity],
+    ];
     /// Largest number of lights that painted materials distinguish.
     pub const LIGHTS: usize = 8;
     /// Number of inputs that are symmetric functions of a direction pair: those of BRDFs, the first
@@ -333,7 +374,14 @@ impl Input {
     /// Inputs of clear bodies: the colours that mirrored and refracted rays see. A set has them
     /// only where they were added.
     pub fn of_glass() -> impl Iterator<Item = Self> {
-        Self::ALL.into_iter().skip(Self::MirroredRed as usize)
+        let glass = Self::MirroredRed as usize..=Self::Way1Length as usize;
+        Self::ALL[glass].iter().copied()
+    }
+
+    /// True for an input of control images.
+    #[must_use]
+    pub fn is_of_image(self) -> bool {
+        Self::IMAGES.as_flattened().contains(&self)
     }
 
     /// Returns the light and the quantity of an input of lights; `None` for the others.

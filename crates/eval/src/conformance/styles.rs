@@ -104,6 +104,7 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
     ];
     columns.extend(Input::REFLECTED.map(|input| column(input, 0.0)));
     columns.extend(Input::of_glass().map(|input| column(input, 0.0)));
+    columns.extend(Input::IMAGES.into_iter().flatten().map(|input| column(input, 0.0)));
     for light in 0..lighting.lights {
         for quantity in LightInput::ALL {
             let low = match quantity {

@@ -6,8 +6,8 @@ use brood_brdf::{ParameterKind, display_codes};
 use serde::{Deserialize, Serialize};
 
 use super::pointer::escaped;
-use crate::ParameterValues;
-use crate::effect::{self, Effect, EffectKind, Palette, hex};
+use crate::effect::{self, Effect, EffectImage, EffectKind, Palette, hex};
+use crate::{ImageHash, ParameterValues};
 
 /// An effect and its parameters. Parameters that are missing have their defaults.
 #[derive(Serialize, Deserialize)]
@@ -18,15 +18,29 @@ pub(super) struct EffectJson {
     parameters: BTreeMap<String, EffectValueJson>,
 }
 
-/// Value of a parameter of an effect.
+/// Value of a parameter of an effect, or an image.
 #[derive(Serialize, Deserialize)]
-#[serde(untagged, expecting = "a number, a word, a list of numbers or a list of colours")]
+#[serde(untagged, expecting = "a number, a word, a list of numbers or colours, or an image")]
 enum EffectValueJson {
     Number(f64),
     /// Word of a choice, or a colour.
     Word(String),
     Edges(Vec<f64>),
     Palette(Vec<String>),
+    Image(ImageJson),
+}
+
+/// Image in a place of an effect.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ImageJson {
+    image: String,
+    #[serde(default = "whole")]
+    share: f64,
+}
+
+fn whole() -> f64 {
+    1.0
 }
 
 impl EffectJson {
@@ -49,6 +63,10 @@ impl EffectJson {
             parameters.insert(Palette::COLORS.to_owned(), EffectValueJson::Palette(colors));
             parameters.insert(Palette::EDGES.to_owned(), EffectValueJson::Edges(edges));
         }
+        for EffectImage { place, image, share } in effect.images() {
+            let image = ImageJson { image: image.to_string(), share: *share };
+            parameters.insert((*place).to_owned(), EffectValueJson::Image(image));
+        }
         Self { kind: effect.kind().name().to_owned(), parameters }
     }
 
@@ -59,8 +77,12 @@ impl EffectJson {
             ("/kind".to_owned(), format!("unknown effect; known effects: {known}"))
         })?;
         let mut values = ParameterValues::new(kind.name(), kind.parameters());
-        let (mut colors, mut edges) = (None, None);
+        let (mut colors, mut edges, mut images) = (None, None, Vec::new());
         for (name, value) in &self.parameters {
+            if let Some(place) = kind.image_place(name) {
+                images.push(parse_image(place, value)?);
+                continue;
+            }
             let set = match (name.as_str(), value) {
                 (Palette::COLORS, EffectValueJson::Palette(words)) if kind.has_palette() => {
                     colors = Some(parse_colors(words)?);
@@ -92,12 +114,16 @@ impl EffectJson {
                 (_, EffectValueJson::Palette(words)) => {
                     values.choose(name, &words.join(" ")).map_err(Into::into)
                 }
+                (_, EffectValueJson::Image(_)) => {
+                    return Err((pointer(name), "there is no place for an image".to_owned()));
+                }
             };
             set.map_err(|error| (pointer(name), error.to_string()))?;
         }
         let palette = Palette::new(colors, edges)
             .map_err(|error| (pointer(error.parameter()), error.to_string()))?;
         Effect::new(kind, values, kind.has_palette().then_some(palette))
+            .and_then(|effect| effect.with_images(images))
             .map_err(|error| (pointer(error.parameter), error.reason))
     }
 }
@@ -109,6 +135,8 @@ pub(super) fn parse_all(effects: &[EffectJson]) -> Result<Vec<Effect>, (String, 
         let effect = json.parse().map_err(|(at, reason)| (format!("/{index}{at}"), reason))?;
         effect::check_next(&parsed, effect.kind())
             .map_err(|error| (format!("/{index}/kind"), error.to_string()))?;
+        effect::check_images(&parsed, &effect)
+            .map_err(|error| (format!("/{index}"), error.to_string()))?;
         parsed.push(effect);
     }
     Ok(parsed)
@@ -120,6 +148,23 @@ fn parse_colors(words: &[String]) -> Result<Vec<[u8; 3]>, (String, String)> {
         display_codes(word).ok_or((pointer, "expected a colour like #2b1e46".to_owned()))
     };
     words.iter().enumerate().map(color).collect()
+}
+
+/// Parses an image with a share, or its hash alone.
+fn parse_image(
+    place: &'static str,
+    value: &EffectValueJson,
+) -> Result<EffectImage, (String, String)> {
+    let (hash, share, at) = match value {
+        EffectValueJson::Image(ImageJson { image, share }) => (image, *share, "/image"),
+        EffectValueJson::Word(hash) => (hash, 1.0, ""),
+        EffectValueJson::Number(_) | EffectValueJson::Edges(_) | EffectValueJson::Palette(_) => {
+            return Err((pointer(place), "expected an image: {\"image\": hash}".to_owned()));
+        }
+    };
+    let image = hash.parse::<ImageHash>();
+    let image = image.map_err(|error| (format!("{}{at}", pointer(place)), error.to_string()))?;
+    Ok(EffectImage { place, image, share })
 }
 
 /// JSON pointer to a parameter, relative to the effect.

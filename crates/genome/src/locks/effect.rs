@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::effect::MAP;
 use crate::{Effect, EffectKind, Palette};
 
 /// A parameter of an effect.
@@ -10,7 +11,8 @@ use crate::{Effect, EffectKind, Palette};
 pub struct EffectLock {
     /// Kind of the effect.
     pub effect: EffectKind,
-    /// Name of the parameter, or `palette` or `edges` of a light effect.
+    /// Name of the parameter or of the place of an image, or `palette` or `edges` of a light
+    /// effect.
     pub name: String,
 }
 
@@ -37,15 +39,17 @@ impl LockedEffects {
         self.whole.contains(&kind) || self.parts.iter().any(|part| part.effect == kind)
     }
 
-    /// True if a parameter in the table of an effect is locked.
+    /// True if a parameter in the table of an effect, or the image of its number, is locked.
     pub(crate) fn locks_values_of(&self, kind: EffectKind) -> bool {
-        kind.parameters().iter().any(|parameter| self.locks(kind, parameter.name))
+        let is_locked = |name| self.locks(kind, name);
+        kind.parameters().iter().any(|parameter| is_locked(parameter.name)) || is_locked(MAP)
     }
 }
 
-/// True if an effect has a parameter, a palette or edges of this name.
+/// True if an effect has a parameter, a palette, edges or an image of this name.
 pub(super) fn has(effect: &Effect, name: &str) -> bool {
     let is_palette =
         effect.palette().is_some() && [Palette::COLORS, Palette::EDGES].contains(&name);
-    is_palette || effect.values().get(name).is_some()
+    let is_image = effect.image(name).is_some();
+    is_palette || is_image || effect.values().get(name).is_some()
 }

@@ -4,8 +4,8 @@ use brood_brdf::display_codes;
 
 use super::TextError;
 use super::cursor::{Cursor, Word, quote, shortened};
-use crate::ParameterValues;
-use crate::effect::{Effect, EffectKind, Palette};
+use crate::effect::{Effect, EffectImage, EffectKind, Palette};
+use crate::{ImageHash, ParameterValues};
 
 /// Effect whose lines are being read.
 pub(super) struct EffectReader {
@@ -13,6 +13,7 @@ pub(super) struct EffectReader {
     values: ParameterValues,
     colors: Option<Vec<[u8; 3]>>,
     edges: Option<Vec<f64>>,
+    images: Vec<EffectImage>,
     /// Line and column of the `.effect` line.
     begin: (u32, u32),
     /// Names of the parameters given, each with line and column of its first value.
@@ -32,6 +33,7 @@ impl EffectReader {
             values: ParameterValues::new(kind.name(), kind.parameters()),
             colors: None,
             edges: None,
+            images: Vec::new(),
             begin: (directive.line, directive.column),
             given: Vec::new(),
         })
@@ -68,12 +70,16 @@ impl EffectReader {
         }
         let at = *values.first().unwrap_or(&word);
         self.given.push((name.to_owned(), (at.line, at.column)));
+        if let Some(place) = self.kind.image_place(name) {
+            self.images.push(image(place, &values, at)?);
+            return Ok(());
+        }
         match (name, self.kind.has_palette()) {
             (Palette::COLORS, true) => {
                 self.colors = Some(values.iter().map(color).collect::<Result<_, _>>()?);
             }
             (Palette::EDGES, true) => {
-                self.edges = Some(values.iter().map(edge).collect::<Result<_, _>>()?);
+                self.edges = Some(values.iter().map(number).collect::<Result<_, _>>()?);
             }
             _ => {
                 let known = self.names();
@@ -100,6 +106,7 @@ impl EffectReader {
             .map_err(|palette| error(palette.parameter(), palette.to_string()))?;
         let palette = self.kind.has_palette().then_some(palette);
         Effect::new(self.kind, self.values.clone(), palette)
+            .and_then(|effect| effect.with_images(self.images.clone()))
             .map_err(|effect| error(effect.parameter, effect.reason))
     }
 
@@ -107,8 +114,32 @@ impl EffectReader {
     fn names(&self) -> Vec<&'static str> {
         let palette = [Palette::COLORS, Palette::EDGES].into_iter();
         let palette = palette.filter(|_| self.kind.has_palette());
-        palette.chain(self.kind.parameters().iter().map(|parameter| parameter.name)).collect()
+        let images = self.kind.image_places().iter().map(|place| place.name);
+        let own = self.kind.parameters().iter().map(|parameter| parameter.name);
+        palette.chain(own).chain(images).collect()
     }
+}
+
+/// Reads an image: its hash, and its share if that is not 1.
+fn image(place: &'static str, values: &[Word<'_>], at: Word<'_>) -> Result<EffectImage, TextError> {
+    let (hash, share) = match values {
+        [hash] => (hash, 1.0),
+        [hash, share] => (hash, number(share)?),
+        _ => {
+            let count = values.len();
+            let reason =
+                format!("{place} takes the hash of an image and its share, got {count} values");
+            return Err(at.error(reason));
+        }
+    };
+    let image = hash.text.parse::<ImageHash>();
+    let image = image.map_err(|_| {
+        let given = quote(hash.text);
+        hash.error(format!(
+            "an image is named by the 64 hexadecimal digits of its hash, got {given}"
+        ))
+    })?;
+    Ok(EffectImage { place, image, share })
 }
 
 fn color(word: &Word<'_>) -> Result<[u8; 3], TextError> {
@@ -117,7 +148,7 @@ fn color(word: &Word<'_>) -> Result<[u8; 3], TextError> {
     })
 }
 
-fn edge(word: &Word<'_>) -> Result<f64, TextError> {
+fn number(word: &Word<'_>) -> Result<f64, TextError> {
     let number = word.text.parse::<f64>().ok().filter(|number| number.is_finite());
     number.ok_or_else(|| word.error(format!("expected a number, got {}", quote(word.text))))
 }

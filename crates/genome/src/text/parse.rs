@@ -184,6 +184,11 @@ impl Reader {
             let reason = format!("a genome with a {name} line has no effects, unless `by brdf`");
             return Err(TextError { line, column, reason });
         }
+        effect::check_images(&self.effects, &effect).map_err(|error| TextError {
+            line,
+            column,
+            reason: error.to_string(),
+        })?;
         self.effects.push(effect);
         Ok(())
     }

@@ -51,7 +51,7 @@ impl Painter<'_> {
     pub(super) fn glass(&mut self, effect: &Effect, under: [Reference; 3]) -> [Reference; 3] {
         let mirrored_share = self.fresnel(effect);
         let passed_share = self.complement(mirrored_share);
-        let strength = self.number(effect.scalar("strength"));
+        let strength = self.strength(effect);
         let (mirror, see) = (effect.scalar("mirror"), effect.scalar("see"));
         let (mirror, see) = (self.number(mirror), self.number(see));
         let depth = effect.color("color");

@@ -1,7 +1,7 @@
 //! Ramps of a fixed least width, and the arithmetic that all effects share.
 
 use brood_brdf::Lighting;
-use brood_genome::{Function, ScalarMachine};
+use brood_genome::{Function, ImageHash, ScalarMachine};
 
 use crate::build::{Builder, Reference};
 
@@ -12,6 +12,8 @@ const WIDTH_MIN: f64 = 1.0 / 1024.0;
 pub(super) struct Painter<'a> {
     pub(super) builder: &'a mut Builder,
     pub(super) lighting: Lighting,
+    /// Control images of the style, in the order of their inputs.
+    pub(super) images: &'a [ImageHash],
 }
 
 /// A value and the length of its gradient over a pixel.

@@ -1,15 +1,26 @@
 //! Words of the effects of a style: their number, then for each the number of its kind, its palette
 //! if the kind has one (number of colours, one word 0xRRGGBB for each, two words for each edge),
-//! and two words for each parameter value.
+//! and two words for each parameter value. If it has images, bit 8 of the first word is set, and
+//! they follow: their number, and for each the number of its place, eight words of its hash and two
+//! of its share.
 
-use brood_genome::{Effect, EffectKind, Palette, Parameter, ParameterValues};
+use brood_genome::{
+    Effect, EffectImage, EffectKind, ImageHash, Palette, Parameter, ParameterValues,
+};
 
 use super::part::{WordsError, halves, joined, length};
+
+/// Bit of an effect with images.
+const HAS_IMAGES: u32 = 1 << 8;
+/// Number of words of a hash.
+const HASH: usize = 8;
 
 pub(super) fn write(effects: &[Effect], words: &mut Vec<u32>) {
     words.push(length(effects.len()));
     for effect in effects {
-        words.push(u32::from(effect.kind().number()));
+        let images = effect.images();
+        let flag = if images.is_empty() { 0 } else { HAS_IMAGES };
+        words.push(u32::from(effect.kind().number()) | flag);
         if let Some(palette) = effect.palette() {
             words.push(length(palette.colors().len()));
             let color = |[red, green, blue]: &[u8; 3]| u32::from_be_bytes([0, *red, *green, *blue]);
@@ -17,6 +28,17 @@ pub(super) fn write(effects: &[Effect], words: &mut Vec<u32>) {
             words.extend(palette.edges().iter().copied().flat_map(halves));
         }
         words.extend(effect.values().values().iter().copied().flat_map(halves));
+        if flag != 0 {
+            words.push(length(images.len()));
+        }
+        for EffectImage { place, image, share } in images {
+            let places = effect.kind().image_places();
+            let at = places.iter().position(|own| own.name == *place);
+            words.push(length(at.expect("images take places of their effect")));
+            let hash = image.as_bytes().as_chunks().0.iter();
+            words.extend(hash.map(|bytes| u32::from_le_bytes(*bytes)));
+            words.extend(halves(*share));
+        }
     }
 }
 
@@ -57,13 +79,36 @@ impl Reader<'_> {
     fn effect(&mut self) -> Result<Effect, WordsError> {
         let at = self.at;
         let invalid = || WordsError::Effect(at);
-        let kind = u8::try_from(self.word()?).ok().and_then(EffectKind::from_number);
+        let word = self.word()?;
+        let has_images = word & HAS_IMAGES != 0;
+        let kind = u8::try_from(word & !HAS_IMAGES).ok().and_then(EffectKind::from_number);
         let kind = kind.ok_or_else(invalid)?;
         let palette = if kind.has_palette() { Some(self.palette(at)?) } else { None };
         let table = kind.parameters();
         let values = self.numbers(table.iter().map(Parameter::count).sum())?;
         let values = ParameterValues::from_values(kind.name(), table, &values);
-        Effect::new(kind, values.map_err(|_| invalid())?, palette).map_err(|_| invalid())
+        let effect = Effect::new(kind, values.map_err(|_| invalid())?, palette);
+        let images = if has_images { self.images(kind)? } else { Vec::new() };
+        effect.and_then(|effect| effect.with_images(images)).map_err(|_| invalid())
+    }
+
+    /// Reads the images of an effect, in the order of their places.
+    fn images(&mut self, kind: EffectKind) -> Result<Vec<EffectImage>, WordsError> {
+        let places = kind.image_places();
+        let count = self.count(1, places.len())?;
+        let mut next = 0;
+        let image = |_| {
+            let place = self.count(next, places.len() - 1)?;
+            next = place + 1;
+            let mut hash = [0; 4 * HASH];
+            for bytes in hash.chunks_exact_mut(4) {
+                bytes.copy_from_slice(&self.word()?.to_le_bytes());
+            }
+            let share = joined(self.word()?, self.word()?);
+            let image = ImageHash::from_bytes(hash);
+            Ok(EffectImage { place: places[place].name, image, share })
+        };
+        (0..count).map(image).collect()
     }
 
     /// Reads the palette of the effect at a word.

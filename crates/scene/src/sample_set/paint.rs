@@ -12,7 +12,7 @@ use glam::{DVec2, DVec3};
 use super::frame::ShadedPoint;
 use super::paint_point::PaintPoint;
 use super::point::{CameraRay, PixelFeatures, SampleBuffer, Surface, SurfacePoint};
-use super::seen_point::SeenPoint;
+use super::seen_point::{Footprint, SeenPoint};
 use super::values::round_to_f32;
 use crate::stage::Obstacles;
 
@@ -68,8 +68,16 @@ impl Surface<'_> {
         let neighbours = next.0.map(|ray| {
             let hit = self.hit_on_plane(hit.triangle, &ray)?;
             let shaded = ShadedPoint::new(self.parts, &hit, -ray.direction, self.tangents);
-            Some((shaded.frame.n(), ray, self.in_unit_frame(shaded.position)))
+            let at = (shaded.frame.n(), ray, self.in_unit_frame(shaded.position));
+            Some((at, shaded.uv))
         });
+        let footprint = neighbours.map(|neighbour| {
+            // Beside a surface that is seen edge-on, the whole texture.
+            let change = neighbour.map_or(DVec2::ONE, |(_, uv)| uv - shaded.uv);
+            let change = if change.is_finite() { change } else { DVec2::ONE };
+            change.clamp(DVec2::NEG_ONE, DVec2::ONE).as_vec2()
+        });
+        let neighbours = neighbours.map(|neighbour| neighbour.map(|(at, _)| at));
         let n = shaded.frame.n();
         let here = (n, ray, position);
         let step = |value: &dyn Fn((DVec3, Ray, DVec3)) -> f64| {
@@ -84,7 +92,7 @@ impl Surface<'_> {
         let depth = |at: (DVec3, Ray, DVec3)| self.depth(at);
         let own: [&dyn Fn((DVec3, Ray, DVec3)) -> f64; 2] = [&cosine_to_eye, &depth];
         let seen = SeenPoint { position, n, face: shaded.face(), eye: -ray.direction, seed };
-        let mut paint = PaintPoint { wi: DVec3::Z, seen, ..PaintPoint::default() };
+        let mut paint = PaintPoint { wi: DVec3::Z, footprint, seen, ..PaintPoint::default() };
         for (place, value) in own.into_iter().enumerate() {
             paint.own[place] = round_to_f32(value(here));
             paint.own[2 + place] = step(value);
@@ -217,6 +225,8 @@ struct Group {
     features: PixelFeatures,
     first_uv: DVec2,
     weight: f64,
+    /// That of the first point: all are over a whole pixel.
+    footprint: Footprint,
     /// That of the first point.
     seen: SeenPoint,
     wi: DVec3,
@@ -249,6 +259,7 @@ pub(super) fn push_groups<'a>(
             own: group.own.map(mean),
             lights: group.lights.map(|values| values.map(mean)),
             wi: group.wi.try_normalize().unwrap_or(DVec3::Z),
+            footprint: group.footprint,
             seen: group.seen,
         };
         let wo = group.wo.try_normalize().unwrap_or(DVec3::Z);
@@ -270,6 +281,7 @@ fn join(groups: &mut Vec<Group>, point: &SurfacePoint, paint: &PaintPoint, weigh
             features: point.features,
             first_uv: point.uv,
             weight: 0.0,
+            footprint: paint.footprint,
             seen: paint.seen,
             wi: DVec3::ZERO,
             wo: DVec3::ZERO,

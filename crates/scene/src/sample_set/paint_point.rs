@@ -3,7 +3,7 @@
 use brood_brdf::{Input, LightInput, Lighting};
 use glam::DVec3;
 
-use super::seen_point::SeenPoint;
+use super::seen_point::{Footprint, SeenPoint};
 
 /// Quantities of one light, in the order of [`LightInput::ALL`].
 type LightValues = [f32; LightInput::ALL.len()];
@@ -16,6 +16,8 @@ pub(super) struct PaintPoint {
     pub lights: [LightValues; Input::LIGHTS],
     /// Direction to the first light, in the local frame.
     pub wi: DVec3,
+    /// Change of the texture position over the point's part of a pixel.
+    pub footprint: Footprint,
     /// Where the point is.
     pub seen: SeenPoint,
 }

@@ -186,6 +186,7 @@ impl SampleSet {
                 let lights = sampler.surface.lights.len();
                 let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
                 let mut set = set.with_lights(lighting, columns(&painted, lighting));
+                set.footprints = painted.iter().map(|point| point.footprint).collect();
                 if how.keeps_seen {
                     set.seen = painted.iter().map(|point| point.seen).collect();
                 }

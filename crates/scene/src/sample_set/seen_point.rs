@@ -1,7 +1,10 @@
 //! Points of a surface as the eye sees them, from which rays leave.
 
 use brood_mesh::trace::Ray;
-use glam::DVec3;
+use glam::{DVec3, Vec2};
+
+/// Changes of the texture position over a pixel, to the right and down.
+pub(super) type Footprint = [Vec2; 2];
 
 /// Point of a surface as the eye sees it.
 #[derive(Debug, Clone, Copy, Default)]

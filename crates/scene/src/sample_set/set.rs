@@ -8,7 +8,7 @@ use brood_brdf::{DirectionPair, Input, LightInput, Lighting};
 use glam::DVec2;
 
 use super::layout::{ImageLayout, SampleCounts};
-use super::seen_point::SeenPoint;
+use super::seen_point::{Footprint, SeenPoint};
 use super::values::{Values, round_to_f32};
 
 /// Shading samples as a structure of arrays.
@@ -32,6 +32,8 @@ pub struct SampleSet {
     pub(super) lighting: Option<Lighting>,
     /// Surface point of each sample, if they are kept.
     pub(super) seen: Vec<SeenPoint>,
+    /// Changes of the texture position over each sample's part of a pixel, if it is a point.
+    pub(super) footprints: Vec<Footprint>,
 }
 
 impl SampleSet {
@@ -88,7 +90,8 @@ impl SampleSet {
         let (pairs, uvs) = (self.pairs.clone(), self.uvs.clone());
         let new = Self::new(pairs, uvs, self.irradiance.clone(), self.image.clone(), self.counts);
         let (len, inputs, lighting) = (self.len, self.inputs.clone(), self.lighting);
-        let mut copy = Self { len, inputs, lighting, ..new };
+        let footprints = self.footprints.clone();
+        let mut copy = Self { len, inputs, lighting, footprints, ..new };
         copy.put_columns(columns);
         copy
     }
@@ -122,6 +125,7 @@ impl SampleSet {
             inputs: [const { OnceLock::new() }; Input::ALL.len()],
             lighting: None,
             seen: Vec::new(),
+            footprints: Vec::new(),
         }
     }
 
@@ -239,6 +243,7 @@ impl SampleSet {
                 Input::ALL.len()
                     - (Input::LIGHTS - lights) * LightInput::ALL.len()
                     - Input::of_glass().count()
+                    - Input::IMAGES.as_flattened().len()
             }
         }
     }
@@ -250,7 +255,7 @@ impl SampleSet {
             + size_of::<DVec2>()
             + (self.irradiance.len() + self.columns()) * size_of::<f32>();
         let layout = self.image.as_ref().map_or(0, ImageLayout::bytes);
-        let seen = size_of_val(self.seen.as_slice());
+        let seen = size_of_val(self.seen.as_slice()) + size_of_val(self.footprints.as_slice());
         size_of::<Self>() + self.len() * per_sample + layout + seen
     }
 }

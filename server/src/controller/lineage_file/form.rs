@@ -50,7 +50,7 @@ pub struct LineageFile {
     /// Uploaded meshes of the scene's other objects by their ids in the scene: binary, base64.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub object_meshes: BTreeMap<String, String>,
-    /// Files of the scene's lights.
+    /// Files of the scene's lights, and control images of the genomes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_assets: Vec<FileLightAsset>,
     /// Texts of all genomes by content hash.
@@ -59,7 +59,7 @@ pub struct LineageFile {
     pub generations: Vec<FileGeneration>,
 }
 
-/// File of one of the scene's lights.
+/// File of one of the scene's lights, or a control image.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileLightAsset {

@@ -6,7 +6,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_eval::express;
-use brood_genome::{Dialect, Genome, GenomeHash, Model, Start, Steer, live_instructions};
+use brood_genome::{
+    Dialect, Genome, GenomeHash, ImageHash, Model, Start, Steer, live_instructions,
+};
 use brood_mesh::Mesh;
 use brood_protocol::{
     GenerationId, IndividualId, LightAssetKind, Lineage, LineageId, ParentRef, PatchIndividual,
@@ -26,7 +28,7 @@ use crate::problem::{ApiError, quote};
 /// Mesh with its stored bytes.
 pub type ImportedMesh = (StoredMesh, Vec<u8>);
 
-/// Lineage file whose genomes, mesh and light files were checked.
+/// Lineage file whose genomes, meshes, images and light files were checked.
 pub struct Checked {
     /// The file.
     pub file: LineageFile,
@@ -37,6 +39,8 @@ pub struct Checked {
     /// Uploaded meshes of the scene's other objects, by the ids in the file.
     pub object_meshes: BTreeMap<String, ImportedMesh>,
     /// Files of the lights.
+    /// Control images of the genomes, each with the hash of one that has it.
+    pub images: Vec<(GenomeHash, ImageHash)>,
     pub light_assets: Vec<(LightAssetKind, Vec<u8>)>,
 }
 
@@ -89,7 +93,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
         light_asset::answer(asset.kind, &bytes).map_err(|error| error.at(pointer))?;
         light_assets.push((asset.kind, bytes));
     }
-    let mut genomes = BTreeMap::new();
+    let (mut genomes, mut images) = (BTreeMap::new(), BTreeMap::new());
     for (hash, text) in &file.genomes {
         let pointer = format!("/genomes/{}", quote(hash));
         let genome: Genome = text.parse().map_err(|error| ApiError::from(error).at(&pointer))?;
@@ -109,9 +113,11 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
             live_instructions: u32::try_from(live).expect("at most 1024 instructions"),
             layers: genome.layers().iter().map(Model::kind).collect(),
         };
+        images.extend(genome.images().into_iter().map(|image| (image, found)));
         genomes.insert(found, new);
     }
-    Ok(Checked { file, genomes, mesh, object_meshes, light_assets })
+    let images = images.into_iter().map(|(image, genome)| (genome, image)).collect();
+    Ok(Checked { file, genomes, images, mesh, object_meshes, light_assets })
 }
 
 /// Returns the hashes of the file's individuals and parents.

@@ -13,6 +13,7 @@ use serde::Deserialize;
 
 use super::super::genome;
 use super::super::picture_query::{check_light, check_rays, content_type, size};
+use crate::control_image;
 use crate::dispatch::PictureRequest;
 use crate::extract::{Query, read_upload};
 use crate::library::{Framing, Material};
@@ -68,7 +69,7 @@ pub async fn png(
     Ok((headers, picture).into_response())
 }
 
-/// Reads the genome of a request and lowers it.
+/// Reads the genome of a request, checks its control images, and lowers it.
 pub async fn posted_material(app: &App, request: Request<Body>) -> Result<Arc<Material>, ApiError> {
     let types = ["application/json", genome::TEXT];
     let (media_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
@@ -78,5 +79,7 @@ pub async fn posted_material(app: &App, request: Request<Body>) -> Result<Arc<Ma
         let program = express(&genome);
         Ok(Material { genome, program })
     };
-    Ok(Arc::new(app.processors.run(express).await??))
+    let material = app.processors.run(express).await??;
+    control_image::check(&app.store, &material.genome).await?;
+    Ok(Arc::new(material))
 }

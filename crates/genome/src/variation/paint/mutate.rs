@@ -1,7 +1,7 @@
 //! Mutation of effects.
 
 use super::palette::{self, Shift};
-use super::{random, value};
+use super::{random, threshold, value};
 use crate::effect;
 use crate::locks::LockedEffects;
 use crate::random::{Operator, Stream};
@@ -31,6 +31,7 @@ pub(in super::super) fn mutate(
     let shift = Shift::draw(amounts.0, false, &mut stream);
     for effect in effects.iter_mut() {
         let mut values = effect.values().clone();
+        let amounts = (amounts.0, has_brush(effect, has_program));
         value::mutate(&mut values, (effect.kind(), locked), amounts, &mut stream);
         *effect = with_values(effect, values);
         recolor(effect, (amounts.0, shift), locked, &mut stream);
@@ -38,6 +39,7 @@ pub(in super::super) fn mutate(
     switch(effects, amounts.0, locked, &mut stream);
     reorder(effects, amounts.0, locked, &mut stream);
     remove_glass(effects, amounts.0, locked, &mut stream);
+    reshare_images(effects, amounts.0, locked, &mut stream);
     if force && *effects == old {
         let shift = Shift::draw(amounts.0, true, &mut stream);
         let light = &mut effects[0];
@@ -49,8 +51,33 @@ pub(in super::super) fn mutate(
 }
 
 fn with_values(effect: &Effect, values: brood_brdf::ParameterValues) -> Effect {
-    let made = Effect::new(effect.kind(), values, effect.palette().cloned());
+    let made = effect.with_parts(values, effect.palette().cloned());
     made.expect("mutation keeps to the rules of effects")
+}
+
+/// True if something shifts the amount of light by the parameter `brush`.
+fn has_brush(effect: &Effect, has_program: bool) -> bool {
+    has_program || effect.image(effect::MAP).is_some()
+}
+
+/// Moves the shares of images.
+fn reshare_images(
+    effects: &mut [Effect],
+    amount: f64,
+    locked: &LockedEffects,
+    stream: &mut Stream,
+) {
+    for effect in effects {
+        let mut images = effect.images().to_vec();
+        for image in &mut images {
+            let share = threshold::reflected(image.share + value::step(amount, stream));
+            if !locked.locks(effect.kind(), image.place) {
+                image.share = share;
+            }
+        }
+        let made = effect.clone().with_images(images);
+        *effect = made.expect("shares are within the range");
+    }
 }
 
 /// Mutates the palette or the colour of an effect.
@@ -81,7 +108,7 @@ fn recolor(
     if !locks_edges {
         new = palette::mutate_edges(&new, amount, stream);
     }
-    let made = Effect::new(kind, effect.values().clone(), Some(new));
+    let made = effect.with_parts(effect.values().clone(), Some(new));
     *effect = made.expect("mutation keeps to the rules of effects");
 }
 
@@ -145,6 +172,7 @@ fn mutate_one(
     for at in (first..effects.len()).chain(0..first) {
         let effect = &effects[at];
         let mut values = effect.values().clone();
+        let amounts = (amounts.0, has_brush(effect, amounts.1));
         if value::mutate_one(&mut values, (effect.kind(), locked), amounts, stream) {
             effects[at] = with_values(effect, values);
             return;

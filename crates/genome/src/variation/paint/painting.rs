@@ -28,7 +28,7 @@ pub(in super::super) fn color(
     let palette = spread(keys, old);
     for effect in effects.iter_mut() {
         if effect.kind() == EffectKind::Light {
-            let light = Effect::new(effect.kind(), effect.values().clone(), Some(palette.clone()));
+            let light = effect.with_parts(effect.values().clone(), Some(palette.clone()));
             *effect = light.expect("both parts are valid");
         } else if !locked.locks(effect.kind(), effect::COLOR) {
             *effect = random::suited(effect, &palette);

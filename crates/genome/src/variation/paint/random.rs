@@ -43,7 +43,7 @@ pub(super) fn suited(overlay: &Effect, palette: &Palette) -> Effect {
     let color = color(overlay.kind(), palette).map(|code| f64::from(code) / 255.0);
     let mut values = overlay.values().clone();
     values.set(effect::COLOR, &color).expect("codes are display values");
-    Effect::new(overlay.kind(), values, None).expect("the rest was valid")
+    overlay.with_parts(values, None).expect("the rest was valid")
 }
 
 /// Colour of an overlay that suits a palette.

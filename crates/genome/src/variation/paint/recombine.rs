@@ -3,12 +3,12 @@
 use crate::effect;
 use crate::locks::LockedEffects;
 use crate::random::{Operator, Stream};
-use crate::{BirthKey, Effect, EffectKind, Palette};
+use crate::{BirthKey, Effect, EffectImage, EffectKind, IMAGES_MAX, Palette};
 
 /// Part of a painted genome that a child has from one of its parents.
 #[derive(Clone, Copy, PartialEq)]
 enum Part {
-    /// Colours and edges.
+    /// Colours and edges, and the images in place of colours.
     Palette,
     /// An effect, without the palette.
     Effect(EffectKind),
@@ -31,20 +31,33 @@ impl Part {
         match self {
             Self::Palette => {
                 let is_locked = |name| locked.locks(EffectKind::Light, name);
-                let is_locked = is_locked(Palette::COLORS) || is_locked(Palette::EDGES);
-                !is_locked && palette(first) != palette(second)
+                let is_locked = is_locked(Palette::COLORS)
+                    || is_locked(Palette::EDGES)
+                    || EffectKind::Light
+                        .image_places()
+                        .iter()
+                        .any(|place| effect::is_of_palette(place.name) && is_locked(place.name));
+                let is_same = palette(first) == palette(second)
+                    && light_images(first, true).eq(light_images(second, true));
+                !is_locked && !is_same
             }
             Self::Effect(kind) => {
                 let values = |effects| find(effects, kind).map(Effect::values);
-                let is_locked = match kind {
+                let (is_locked, has_same_images) = match kind {
                     // The palette is another part.
-                    EffectKind::Light => locked.locks_values_of(kind),
+                    EffectKind::Light => (
+                        locked.locks_values_of(kind),
+                        light_images(first, false).eq(light_images(second, false)),
+                    ),
                     EffectKind::Silhouette
                     | EffectKind::Highlight
                     | EffectKind::Distance
-                    | EffectKind::Glass => locked.locks_any_of(kind),
+                    | EffectKind::Glass => {
+                        let images = |effects| find(effects, kind).map(Effect::images);
+                        (locked.locks_any_of(kind), images(first) == images(second))
+                    }
                 };
-                !is_locked && values(first) != values(second)
+                !is_locked && !(has_same_images && values(first) == values(second))
             }
         }
     }
@@ -95,9 +108,33 @@ pub(in super::super) fn recombine(
         // Only the first's source fits the child, which has its program and layers.
         values.choose(effect::BY, first[0].word(effect::BY)).expect("it is a word of the choice");
     }
+    let images = light_images(source, true).chain(light_images(&child, false));
+    let images = images.copied().collect();
     let light = Effect::new(EffectKind::Light, values, palette(source).cloned());
+    let light = light.and_then(|light| light.with_images(images));
     child[0] = light.expect("both parts are valid");
+    keep_first_images(&mut child);
     child
+}
+
+/// Images of a light effect: those of its palette, or the others.
+fn light_images(effects: &[Effect], of_palette: bool) -> impl Iterator<Item = &EffectImage> {
+    let images = effects.first().map_or(&[][..], Effect::images);
+    images.iter().filter(move |image| effect::is_of_palette(image.place) == of_palette)
+}
+
+/// Removes images after as many different ones as a genome can have. Two parents may have more.
+fn keep_first_images(effects: &mut [Effect]) {
+    let kept = effect::images_of(effects.iter());
+    if kept.len() <= IMAGES_MAX {
+        return;
+    }
+    for effect in effects {
+        let mut images = effect.images().to_vec();
+        images.retain(|image| kept[..IMAGES_MAX].contains(&image.image));
+        let made = effect.clone().with_images(images);
+        *effect = made.expect("the places are those of the effect");
+    }
 }
 
 fn find(effects: &[Effect], kind: EffectKind) -> Option<&Effect> {
