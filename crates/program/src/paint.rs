@@ -296,8 +296,10 @@ impl Painter<'_> {
         for (channel, over) in over.iter_mut().enumerate() {
             let share = self.mul(strength, shares[channel]);
             let color = self.number(color[channel]);
-            let color = self.imaged(effect, channel, color);
-            *over = self.mixed(*over, color, share);
+            *over = match effect.image("image") {
+                Some(image) => self.overlay_image((image, channel), *over, (color, share)),
+                None => self.mixed(*over, color, share),
+            };
         }
         over
     }

@@ -2,8 +2,8 @@
 
 use brood_brdf::{LightInput, Lighting, Parameter, ParameterValues};
 use brood_genome::{
-    BirthKey, Effect, EffectKind, Genome, Input, Operator, Palette, ParameterKind, Stream,
-    Variation,
+    BirthKey, Effect, EffectImage, EffectKind, Genome, IMAGES_MAX, ImageHash, Input, Operator,
+    Palette, ParameterKind, Stream, Variation,
 };
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -40,6 +40,9 @@ pub fn wild_style(seed: u64) -> Genome {
             effects.insert(place, effect(*kind, None, stream));
         }
     }
+    if seed.is_multiple_of(3) {
+        add_images(&mut effects, key);
+    }
     if stream.below(2) == 0 && !effects[0].is_by_brdf() {
         return Genome::of_effects(effects).expect("the first effect is light");
     }
@@ -47,6 +50,23 @@ pub fn wild_style(seed: u64) -> Genome {
     let (dialect, constants) = (*program.dialect(), Box::new(*program.constants()));
     Genome::painted(dialect, program.instructions().to_vec(), constants, effects)
         .expect("the first effect is light")
+}
+
+/// Puts up to four images into random places, drawn apart from the rest of a style.
+fn add_images(effects: &mut [Effect], key: BirthKey) {
+    let mut stream = Stream::new(BirthKey { attempt: 1, ..key }, Operator::RandomLayers);
+    for effect in effects {
+        let mut images = Vec::new();
+        for place in effect.kind().image_places() {
+            let image = ImageHash::of(&[stream.below(IMAGES_MAX as u32) as u8]);
+            let share = share(&mut stream);
+            if stream.below(2) == 0 {
+                images.push(EffectImage { place: place.name, image, share });
+            }
+        }
+        let made = effect.clone().with_images(images);
+        *effect = made.expect("the places are those of the effect");
+    }
 }
 
 /// Returns an effect with random values.
@@ -104,7 +124,6 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
     ];
     columns.extend(Input::REFLECTED.map(|input| column(input, 0.0)));
     columns.extend(Input::of_glass().map(|input| column(input, 0.0)));
-    columns.extend(Input::IMAGES.into_iter().flatten().map(|input| column(input, 0.0)));
     for light in 0..lighting.lights {
         for quantity in LightInput::ALL {
             let low = match quantity {
@@ -113,6 +132,14 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
             };
             columns.push(column(Input::of_light(light, quantity), low));
         }
+    }
+    for image in Input::IMAGES {
+        // Colours of an image are times its opacity.
+        let [mut red, mut green, mut blue, opacity] = image.map(|input| column(input, 0.0));
+        for (_, color) in [&mut red, &mut green, &mut blue] {
+            color.iter_mut().zip(&opacity.1).for_each(|(value, opacity)| *value *= opacity);
+        }
+        columns.extend([red, green, blue, opacity]);
     }
     hard_samples(seed, size).with_lights(lighting, columns)
 }
@@ -148,6 +175,10 @@ pub fn color_bounds(genome: &Genome) -> [(f32, f32); 3] {
     for effect in genome.effects() {
         if effect.kind() == EffectKind::Glass {
             // Rays see any colour, and black is added where they are dimmed.
+            all.extend([[0.0; 3], [1.0; 3]]);
+        }
+        if !effect.images().is_empty() {
+            // Images have any colour.
             all.extend([[0.0; 3], [1.0; 3]]);
         }
         match effect.palette() {

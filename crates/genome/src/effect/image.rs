@@ -48,8 +48,13 @@ const LIGHT: &[ImagePlace] = &[
     PALETTE_PLACES[1],
     ImagePlace { name: MAP, about: "its brightness shifts the amount of light, by brush" },
 ];
-const OVERLAY: &[ImagePlace] =
-    &[ImagePlace { name: IMAGE, about: "in place of the colour" }, SCALE];
+const OVERLAY: &[ImagePlace] = &[
+    ImagePlace {
+        name: IMAGE,
+        about: "in place of the colour; its transparent parts show what is below",
+    },
+    SCALE,
+];
 const GLASS: &[ImagePlace] = &[SCALE];
 
 impl EffectKind {

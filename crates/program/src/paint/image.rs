@@ -66,17 +66,20 @@ impl Painter<'_> {
         self.sub(b, a)
     }
 
-    /// Colour of an overlay with its image, one channel.
-    pub(super) fn imaged(
+    /// Mixes an overlay with an image over one channel: I + w ((1 - s) (C - I) + s (J - a I)), with
+    /// the overlay's colour C, the image's share s, opacity a and colour J times a.
+    pub(super) fn overlay_image(
         &mut self,
-        effect: &Effect,
-        channel: usize,
-        color: Reference,
+        (image, channel): (&EffectImage, usize),
+        under: Reference,
+        (color, share): (Reference, Reference),
     ) -> Reference {
-        match effect.image("image") {
-            Some(image) => self.mixed_in(image, channel, color),
-            None => color,
-        }
+        let plain = self.sub(color, under);
+        let seen = self.over(image, channel, under);
+        let image_share = self.number(image.share);
+        let change = self.mixed(plain, seen, image_share);
+        let part = self.mul(share, change);
+        self.add(under, part)
     }
 
     /// Strength of an overlay, scaled by its map: k (1 + share (brightness - opacity)).
@@ -106,12 +109,16 @@ impl Painter<'_> {
     /// Mixes one channel of an image over a colour by the image's share: I + share (J - a I), with
     /// J times its opacity a.
     fn mixed_in(&mut self, image: &EffectImage, channel: usize, color: Reference) -> Reference {
-        let (value, opacity) = (self.channel(image, channel), self.channel(image, OPACITY));
-        let share = self.number(image.share);
-        let covered = self.mul(opacity, color);
-        let difference = self.sub(value, covered);
+        let (difference, share) = (self.over(image, channel, color), self.number(image.share));
         let part = self.mul(share, difference);
         self.add(color, part)
+    }
+
+    /// Change of one channel of a colour by an image over it: J - a I.
+    fn over(&mut self, image: &EffectImage, channel: usize, color: Reference) -> Reference {
+        let (value, opacity) = (self.channel(image, channel), self.channel(image, OPACITY));
+        let covered = self.mul(opacity, color);
+        self.sub(value, covered)
     }
 
     fn brightness(&mut self, image: &EffectImage) -> Reference {

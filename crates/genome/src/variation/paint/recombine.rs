@@ -57,7 +57,8 @@ impl Part {
                         (locked.locks_any_of(kind), images(first) == images(second))
                     }
                 };
-                !is_locked && !(has_same_images && values(first) == values(second))
+                let is_same = has_same_images && values(first) == values(second);
+                !is_locked && !is_same
             }
         }
     }
