@@ -1,5 +1,4 @@
-//! Control images of painted materials: pictures that repeat over texture positions, averaged over
-//! footprints.
+//! Control images of painted materials: repeated over texture positions, filtered by footprint.
 
 use std::ops::Range;
 
@@ -8,8 +7,8 @@ use glam::DVec2;
 /// Largest number of positions along the longer side of a footprint.
 const TAPS_MAX: f64 = 16.0;
 
-/// Picture with its smaller versions, each half as wide and high as the one before, down to a
-/// pixel. Colours are display values times opacity, and are averaged as these.
+/// Image pyramid: each level has half the width and height of the level before, down to one pixel.
+/// Pixels are display values times opacity, and are averaged in these values.
 #[derive(Debug)]
 pub struct ControlImage {
     levels: Vec<Level>,
@@ -95,15 +94,16 @@ impl ControlImage {
         sum.map(|channel| (channel / (255.0 * taps)) as f32)
     }
 
+    /// Interpolates between the two levels around `level`: 0 is the whole image.
     fn trilinear(&self, uv: DVec2, level: f64) -> [f64; 4] {
         let last = self.levels.len() - 1;
-        let below = (level as usize).min(last);
-        let share = (level - below as f64).clamp(0.0, 1.0);
-        let (a, b) = (self.levels[below].bilinear(uv), (below + 1).min(last));
-        if share == 0.0 || b == below {
+        let finer = (level as usize).min(last);
+        let share = (level - finer as f64).clamp(0.0, 1.0);
+        let a = self.levels[finer].bilinear(uv);
+        if share == 0.0 || finer == last {
             return a;
         }
-        let b = self.levels[b].bilinear(uv);
+        let b = self.levels[finer + 1].bilinear(uv);
         std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
     }
 }
@@ -224,8 +224,8 @@ mod tests {
     fn transparent_pixels_have_no_colour() {
         let rgba = [255, 0, 0, 255, 0, 255, 0, 0];
         let image = ControlImage::new(2, 1, &rgba);
-        let between = image.color(DVec2::new(0.5, 0.5), NONE);
-        assert!(between[1] == 0.0 && (between[0] - 0.5).abs() < 1e-6, "{between:?}");
-        assert!((between[3] - 0.5).abs() < 1e-6);
+        let middle = image.color(DVec2::new(0.5, 0.5), NONE);
+        assert!(middle[1] == 0.0 && (middle[0] - 0.5).abs() < 1e-6, "{middle:?}");
+        assert!((middle[3] - 0.5).abs() < 1e-6);
     }
 }

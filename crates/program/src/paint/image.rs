@@ -1,4 +1,4 @@
-//! Lowering of control images: what their places mix in, by inputs.
+//! Lowering of control images, which are inputs, into colours and weights of effects.
 
 use brood_brdf::Input;
 use brood_genome::{Effect, EffectImage, ImageHash, Palette, ScalarMachine};
@@ -57,7 +57,7 @@ impl Painter<'_> {
         }
     }
 
-    /// b - a; of numbers, rounded once.
+    /// Returns b - a. The difference of two numbers is rounded once, as without images.
     pub(super) fn difference(&mut self, a: Control, b: Control) -> Reference {
         if let (Control::Number(a), Control::Number(b)) = (a, b) {
             return self.number(b - a);

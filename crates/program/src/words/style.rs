@@ -1,8 +1,8 @@
 //! Words of the effects of a style: their number, then for each the number of its kind, its palette
 //! if the kind has one (number of colours, one word 0xRRGGBB for each, two words for each edge),
-//! and two words for each parameter value. If it has images, bit 8 of the first word is set, and
-//! they follow: their number, and for each the number of its place, eight words of its hash and two
-//! of its share.
+//! and two words for each parameter value. Bit 8 of the first word marks an effect with images. Its
+//! images are last: their number, then for each image one word for the place, eight for the hash
+//! and two for the share.
 
 use brood_genome::{
     Effect, EffectImage, EffectKind, ImageHash, Palette, Parameter, ParameterValues,
