@@ -1,7 +1,6 @@
 //! Hashes that identify content, written as 64 hexadecimal digits.
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
-use std::fmt;
 use std::str::FromStr;
 
 /// Error of parsing a hash.
@@ -9,15 +8,24 @@ use std::str::FromStr;
 #[error("a hash must be 64 hexadecimal digits")]
 pub struct HashError;
 
-/// Declares types of BLAKE3 hashes.
-macro_rules! hashes {
-    ($($(#[$about:meta])* $name:ident;)*) => {$(
+/// Declares the type of a BLAKE3 hash.
+///
+/// ```
+/// brood_genome::content_hash! {
+///     /// Identity of a note.
+///     NoteHash
+/// }
+/// assert_eq!(NoteHash::from_bytes([10; 32]).to_string(), "0a".repeat(32));
+/// ```
+#[macro_export]
+macro_rules! content_hash {
+    ($(#[$about:meta])* $name:ident) => {
         $(#[$about])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         pub struct $name([u8; 32]);
 
         impl $name {
-            /// Bytes of the hash.
+            /// Returns the 32 bytes.
             #[must_use]
             pub fn as_bytes(&self) -> &[u8; 32] {
                 &self.0
@@ -28,17 +36,26 @@ macro_rules! hashes {
             pub fn from_bytes(bytes: [u8; 32]) -> Self {
                 Self(bytes)
             }
+        }
 
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+            }
+        }
+    };
+}
+
+/// Declares hashes that are computed here, and read from text and JSON.
+macro_rules! hashes {
+    ($($(#[$about:meta])* $name:ident;)*) => {$(
+        content_hash! { $(#[$about])* $name }
+
+        impl $name {
             /// Returns the hash of content.
             #[must_use]
             pub fn of(content: &[u8]) -> Self {
                 Self(*blake3::hash(content).as_bytes())
-            }
-        }
-
-        impl fmt::Display for $name {
-            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
             }
         }
 

@@ -1,32 +1,11 @@
 //! Identity of a program.
 
-use std::fmt;
-
 use crate::Program;
 
-/// BLAKE3 hash of the packed words. Genomes with the same program hash are neutral twins: they have
-/// the same reflectance everywhere.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct ProgramHash([u8; 32]);
-
-impl ProgramHash {
-    /// Returns the 32 bytes.
-    #[must_use]
-    pub fn as_bytes(&self) -> &[u8; 32] {
-        &self.0
-    }
-
-    /// Creates a hash from its bytes.
-    #[must_use]
-    pub fn from_bytes(bytes: [u8; 32]) -> Self {
-        Self(bytes)
-    }
-}
-
-impl fmt::Display for ProgramHash {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
-    }
+brood_genome::content_hash! {
+    /// BLAKE3 hash of the packed words. Genomes with the same program hash are neutral twins: they
+    /// have the same reflectance everywhere.
+    ProgramHash
 }
 
 impl Program {
