@@ -396,5 +396,7 @@ async function main() {
 
 main().catch((error) => {
   console.error(error);
+  // The stack leaves out the step.
+  console.error(error.message);
   process.exitCode = 1;
 });

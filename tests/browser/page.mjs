@@ -9,6 +9,9 @@ const axeFile = createRequire(import.meta.url).resolve("axe-core/axe.min.js");
 /** Path of the page in modules. */
 export const MODULES = "/web/index.html";
 
+/** Milliseconds within which the screen shows what was asked for, on a slow machine. */
+const SETTLES_MS = 60_000;
+
 /**
  * True for the address of a picture. On a slow machine one may take longer than the server waits;
  * the page then asks again after the time that the answer names.
@@ -121,6 +124,20 @@ export class BroodPage {
     const response = await fetch(this.#base + path);
     assert.equal(response.status, 200, `${path}: ${response.status}`);
     return response.json();
+  }
+
+  /**
+   * Reads until the value is right: what is on the screen may lag behind what was asked for. Fails
+   * with `wrong(value)` if it does not become so.
+   */
+  async comesTo(read, isRight, wrong) {
+    const end = performance.now() + SETTLES_MS;
+    for (;;) {
+      const value = await read();
+      if (isRight(value)) return value;
+      assert.ok(performance.now() < end, wrong(value));
+      await this.page.waitForTimeout(100);
+    }
   }
 
   generation(id) {
