@@ -35,6 +35,11 @@ export interface components {
             color: number[];
             /** @enum {string} */
             kind: "color";
+        } | {
+            /** @description Hash of the image. */
+            image: string;
+            /** @enum {string} */
+            kind: "image";
         };
         /**
          * @description Requested evaluator.
@@ -675,6 +680,8 @@ export interface components {
              * @default null
              */
             material: string | null;
+            /** @default null */
+            normal_map: components["schemas"]["NormalMap"] | null;
         };
         /** @description Individual: a genome in its place in a brood. */
         Individual: {
@@ -1227,6 +1234,26 @@ export interface components {
             source: string;
         };
         /**
+         * @description Normal map: an image whose colours turn the shading normals of an object. Red points along
+         *     growing u, green along growing v, and blue out of the surface; code 127.5 is 0.
+         */
+        NormalMap: {
+            /** @description Hash of an uploaded image. */
+            image: string;
+            /**
+             * Format: double
+             * @description Number of times that the image repeats along u and v, above 0 and at most 1000.
+             * @default 1
+             */
+            repeat: number;
+            /**
+             * Format: double
+             * @description Factor of the slopes, within [-4, 4]; a negative one turns bumps into dents.
+             * @default 1
+             */
+            strength: number;
+        };
+        /**
          * @description Meaning of vertex normals. It matters for large triangles near silhouettes and at grazing light.
          * @enum {string}
          */
@@ -1516,6 +1543,8 @@ export interface components {
              * @default sphere
              */
             mesh: components["schemas"]["MeshRef"];
+            /** @default null */
+            normal_map: components["schemas"]["NormalMap"] | null;
             /**
              * @description Meaning of the vertex normals.
              * @default curved
@@ -1608,6 +1637,8 @@ export interface components {
              * @default sphere
              */
             mesh: components["schemas"]["MeshRef"];
+            /** @default null */
+            normal_map: components["schemas"]["NormalMap"] | null;
             /**
              * @description Meaning of the vertex normals.
              * @default curved
@@ -1667,6 +1698,8 @@ export interface components {
              * @default sphere
              */
             mesh: components["schemas"]["MeshRef"];
+            /** @default null */
+            normal_map: components["schemas"]["NormalMap"] | null;
             /**
              * @description Position that the origin of the mesh is moved to, world units.
              * @default [
@@ -2260,6 +2293,7 @@ export type MeshId = components['schemas']['MeshId'];
 export type MeshRef = components['schemas']['MeshRef'];
 export type MeshWarning = components['schemas']['MeshWarning'];
 export type ModelAnswer = components['schemas']['ModelAnswer'];
+export type NormalMap = components['schemas']['NormalMap'];
 export type Normals = components['schemas']['Normals'];
 export type OperationCounts = components['schemas']['OperationCounts'];
 export type PaintingPalette = components['schemas']['PaintingPalette'];

@@ -16,9 +16,9 @@ use brood_scene::{MeshRef, PictureSize, PixelArea, Sampling, Scene};
 use brood_storage::{NewPicture, StorageError, Store, StoredGenome};
 use moka::{future, sync};
 
-use crate::lighting;
 use crate::problem::{ApiError, quote};
 use crate::processors::run_blocking;
+use crate::scene_asset;
 
 const MATERIALS: u64 = 4096;
 const SCENES: u64 = 1024;
@@ -291,7 +291,7 @@ impl Library {
         let trace = async {
             let known = self.scene(id).await?;
             let mesh = self.scene_mesh(&known).await?;
-            let assets = lighting::load(&self.store, &known.scene).await?;
+            let assets = scene_asset::load(&self.store, &known.scene).await?;
             let trace = move || Arc::new(LightOrbit::trace(&mesh, &known.scene, &assets));
             run_blocking(trace).await
         };

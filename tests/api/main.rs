@@ -41,6 +41,7 @@ mod painting;
 mod picture;
 mod preset;
 mod scene;
+mod scene_image;
 mod search;
 mod start;
 mod target;

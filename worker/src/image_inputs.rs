@@ -1,34 +1,15 @@
 //! Inputs of control images: their colours on the points of a picture.
 
-use std::sync::{Arc, PoisonError};
-
 use brood_brdf::Input;
 use brood_genome::ImageHash;
+use brood_light::ImagePyramid;
 use brood_program::Program;
-use brood_scene::{ControlImage, SampleSet};
+use brood_scene::SampleSet;
 
 use crate::error::RenderError;
-use crate::loaded_image::LoadedImage;
 use crate::renderer::Renderer;
 
 impl Renderer {
-    /// Replaces the control images that painted materials may name.
-    pub fn set_control_images(&self, images: Vec<LoadedImage>) {
-        *self.control_images.lock().unwrap_or_else(PoisonError::into_inner) = images;
-    }
-
-    /// Returns an image if it is in the cache.
-    #[must_use]
-    pub fn cached_image(&self, hash: ImageHash) -> Option<LoadedImage> {
-        let found = self.entries().get::<LoadedImage>(key(hash))?;
-        Some(found.as_ref().clone())
-    }
-
-    /// Adds an image to the cache.
-    pub fn cache_image(&self, image: &LoadedImage) {
-        self.entries().insert(key(image.hash()), Arc::new(image.clone()), image.image().bytes());
-    }
-
     /// Returns the points with the colours of the control images that a style reads there; `None`
     /// if it reads none.
     ///
@@ -48,20 +29,16 @@ impl Renderer {
         let is_read = |(number, _): &(usize, ImageHash)| {
             Input::IMAGES[*number].into_iter().any(|input| read.contains(input))
         };
-        let images = self.control_images.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let assets = self.light_assets();
         let find = |(number, hash): (usize, ImageHash)| {
-            let found = images.iter().find(|image| image.hash() == hash);
-            let found = found.ok_or_else(|| RenderError::Image(hash.to_string()))?;
-            Ok((number, found.image()))
+            let name = hash.to_string();
+            let found = assets.image(&name).map(|image| (number, &**image));
+            found.ok_or(RenderError::Image(name))
         };
         let used = hashes.into_iter().enumerate().filter(is_read).map(find);
-        let used: Vec<(usize, &ControlImage)> = used.collect::<Result<_, RenderError>>()?;
+        let used: Vec<(usize, &ImagePyramid)> = used.collect::<Result<_, RenderError>>()?;
         Ok((!used.is_empty()).then(|| points.with_images(&used)))
     }
-}
-
-fn key(hash: ImageHash) -> [u8; 32] {
-    *blake3::Hasher::new().update(b"control image").update(hash.as_bytes()).finalize().as_bytes()
 }
 
 #[cfg(test)]

@@ -1,7 +1,10 @@
 //! Tests of control images in pictures.
 
-use brood_eval::{decode_png, encode_png};
+use std::sync::Arc;
+
+use brood_eval::{decode_image, decode_png, encode_png};
 use brood_genome::Genome;
+use brood_light::LightAssets;
 use brood_mesh::BuiltinMesh;
 use brood_protocol::{Backend, Frame, MeshSource, ObjectSource, PictureFormat};
 use brood_scene::{Sampling, Scene};
@@ -10,11 +13,30 @@ use super::*;
 
 const SIDE: u32 = 48;
 
+/// Image with the hash of its file.
+#[derive(Clone)]
+struct Loaded(ImageHash, Arc<ImagePyramid>);
+
+impl Loaded {
+    fn hash(&self) -> ImageHash {
+        self.0
+    }
+}
+
 /// One colour, or two halves side by side.
-fn image(left: [u8; 4], right: [u8; 4]) -> LoadedImage {
+fn image(left: [u8; 4], right: [u8; 4]) -> Loaded {
     let pixel = |at: u32| if at % 16 < 8 { left } else { right };
     let rgba: Vec<u8> = (0..16 * 16).flat_map(pixel).collect();
-    LoadedImage::decode(&encode_png(16, 16, &rgba)).unwrap()
+    let file = encode_png(16, 16, &rgba);
+    Loaded(ImageHash::of(&file), Arc::new(decode_image(&file).unwrap()))
+}
+
+fn set_images<const COUNT: usize>(renderer: &Renderer, images: [&Loaded; COUNT]) {
+    let mut assets = LightAssets::default();
+    for Loaded(hash, image) in images {
+        assets.insert_image(hash.to_string(), image.clone());
+    }
+    renderer.set_light_assets(assets);
 }
 
 fn style(lines: &str) -> Program {
@@ -52,7 +74,7 @@ fn images_take_the_places_of_colours() {
     let (dark, bright) = (count(&plain, [0; 3]), count(&plain, [255; 3]));
     assert!(dark > 100 && bright > 100, "{dark} {bright}");
     let (red, halves) = (image(RED, RED), image(GREEN, RED));
-    renderer.set_control_images(vec![red.clone(), halves.clone()]);
+    set_images(&renderer, [&red, &halves]);
     for backend in [Backend::Cpu, Backend::Reference] {
         let frame = frame(LAMP, &[], backend);
         let with = |lines: &str| pixels(&renderer, &frame, &style(lines));
@@ -83,10 +105,10 @@ fn maps_scale_effects_and_shift_the_light() {
     let grey =
         |code: u8, opacity: u8| image([code, code, code, opacity], [code, code, code, opacity]);
     let (black, white, clear) = (grey(0, 255), grey(255, 255), grey(0, 0));
-    renderer.set_control_images(vec![black.clone(), white.clone(), clear.clone()]);
+    set_images(&renderer, [&black, &white, &clear]);
     let frame = frame(LAMP, &[], Backend::Cpu);
     let with = |lines: &str| pixels(&renderer, &frame, &style(lines));
-    let rim = |map: Option<&LoadedImage>| {
+    let rim = |map: Option<&Loaded>| {
         let map = map.map_or(String::new(), |map| format!("map {}\n", map.hash()));
         with(&format!(".effect silhouette\ncolor #0000ff\n{map}"))
     };
@@ -94,8 +116,7 @@ fn maps_scale_effects_and_shift_the_light() {
     assert_eq!(rim(Some(&white)), plain);
     assert_eq!(rim(Some(&clear)), plain, "where it is transparent, a map changes nothing");
     assert_eq!(rim(Some(&black)), with(""));
-    let brush =
-        |map: &LoadedImage| count(&with(&format!("brush 1\nmap {}\n", map.hash())), [255; 3]);
+    let brush = |map: &Loaded| count(&with(&format!("brush 1\nmap {}\n", map.hash())), [255; 3]);
     let bright = count(&with(""), [255; 3]);
     assert!(brush(&black) + 50 < bright && bright + 50 < brush(&white));
     assert_eq!(brush(&clear), bright);
@@ -105,8 +126,8 @@ fn maps_scale_effects_and_shift_the_light() {
 fn styles_of_other_images_share_a_batch_and_objects_have_images() {
     let renderer = Renderer::new(Backend::Cpu);
     let (red, green) = (image(RED, RED), image(GREEN, GREEN));
-    renderer.set_control_images(vec![red.clone(), green.clone()]);
-    let of = |image: &LoadedImage| style(&format!("bright {}\n", image.hash()));
+    set_images(&renderer, [&red, &green]);
+    let of = |image: &Loaded| style(&format!("bright {}\n", image.hash()));
     let (first, second, plain) = (of(&red), of(&green), style(""));
     let batch = [&first, &plain, &second, &first];
     let mesh = renderer.builtin(BuiltinMesh::Sphere);
@@ -151,4 +172,56 @@ fn missing_images_and_unread_ones() {
     // An effect without strength reads nothing.
     let idle = style(&format!(".effect silhouette\nstrength 0\nimage {hash}\n"));
     assert!(renderer.render(&frame, &mesh, &[&idle]).is_ok());
+}
+
+#[test]
+fn images_cover_the_picture_behind_the_object() {
+    let renderer = Renderer::new(Backend::Cpu);
+    let halves = image(RED, GREEN);
+    set_images(&renderer, [&halves]);
+    let backdrop = format!(r#""backdrop": {{"kind": "image", "image": "{}"}}"#, halves.hash());
+    let lamp = |more: &str| format!(r#"{{"mesh": "sphere", "lights": [{{}}], {backdrop}{more}}}"#);
+    let plain = frame(&lamp(""), &[], Backend::Cpu);
+    let side = SIDE as usize;
+    for picture in [
+        pixels(&renderer, &plain, &style("")),
+        pixels(&renderer, &plain, &Program::lower(brood_genome::preset::neutral())),
+    ] {
+        assert!(picture[0] == RED && picture[side - 1] == GREEN, "{:?}", picture[0]);
+        assert!(picture[side * side / 2] == RED && picture.iter().all(|pixel| pixel[3] == 255));
+    }
+    // A wide picture shows the middle of the image.
+    let mut wide = plain.clone();
+    wide.size_px = brood_scene::PictureSize { width: 2 * SIDE, height: SIDE };
+    let picture = pixels(&renderer, &wide, &style(""));
+    assert!(picture[side - 6] == RED && picture[side + 6] == GREEN);
+
+    // Clear glass of index 1 shows the image as if it were not there, from every camera.
+    let clear = style(".effect glass\nfrom 0\nto 0\nindex 1\ndepth 0\nstrength 1\n");
+    for camera in
+        ["", r#", "camera": {"orthographic": 1.2}"#, r#", "camera": {"orbit_deg": [40, 30]}"#]
+    {
+        let through = pixels(&renderer, &frame(&lamp(camera), &[], Backend::Cpu), &clear);
+        let is_near = |pixel: &[u8; 4], color: [u8; 4]| {
+            pixel.iter().zip(color).all(|(a, b)| a.abs_diff(b) <= 2)
+        };
+        let row = &through[side * side / 2..side * (side / 2 + 1)];
+        let red = row.iter().filter(|pixel| is_near(pixel, RED)).count();
+        let green = row.iter().filter(|pixel| is_near(pixel, GREEN)).count();
+        assert!(red.abs_diff(side / 2) <= 2 && green.abs_diff(side / 2) <= 2, "{camera}: {row:?}");
+    }
+}
+
+#[test]
+fn pictures_without_their_backdrop_are_transparent() {
+    let renderer = Renderer::new(Backend::Cpu);
+    let scene =
+        r#"{"mesh": "sphere", "lights": [{}], "backdrop": {"kind": "image", "image": "a"}}"#;
+    let picture = pixels(&renderer, &frame(scene, &[], Backend::Cpu), &style(""));
+    assert_eq!(picture[0][3], 0);
+    let clear = image(RED, [0; 4]);
+    set_images(&renderer, [&clear]);
+    let scene = scene.replace("\"a\"", &format!("\"{}\"", clear.hash()));
+    let picture = pixels(&renderer, &frame(&scene, &[], Backend::Cpu), &style(""));
+    assert!(picture[0] == RED && picture[SIDE as usize - 1][3] == 0);
 }

@@ -3,8 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use brood_genome::ImageHash;
-use brood_light::{AssetRef, Light, LightAssets};
+use brood_light::{AssetRef, LightAssets};
 use brood_protocol::{
     ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, RenderJob,
     RenderOutcome, TargetSource, WorkerClient,
@@ -15,7 +14,6 @@ use tokio_util::sync::CancellationToken;
 use crate::error::RenderError;
 use crate::lease::{Interrupted, JobKind, RetryPolicy, renew_lease, send_with_retry};
 use crate::light_asset_cache::LightAssetCache;
-use crate::loaded_image::LoadedImage;
 use crate::render_thread::RenderRequest;
 use crate::renderer::Renderer;
 use crate::scene_view::LoadedMesh;
@@ -97,17 +95,17 @@ impl RenderContext {
                 None => None,
             });
         }
-        let (mesh, assets) = match work.frame.mesh {
+        let (mesh, mut assets) = match work.frame.mesh {
             MeshSource::Target => self.scenery(&work, &targets).await?,
             MeshSource::Builtin | MeshSource::Uploaded(_) => {
-                (self.mesh(&work).await?, self.light_assets(&work).await?)
+                (self.mesh(&work).await?, self.scene_assets(&work).await?)
             }
         };
         let objects = self.objects(&work).await?;
-        let images = self.control_images(&work).await?;
+        self.add_control_images(&work, &mut assets).await?;
         let (reply, done) = oneshot::channel();
         let closed = || Interrupted::Release("the render thread has ended".to_owned());
-        let request = RenderRequest { work, targets, mesh, objects, assets, images, reply };
+        let request = RenderRequest { work, targets, mesh, objects, assets, reply };
         self.requests.send(request).await.map_err(|_| closed())?;
         done.await.map_err(|_| closed())
     }
@@ -164,58 +162,53 @@ impl RenderContext {
         tokio::task::spawn_blocking(keep).await.map_err(failed)?.map_err(failed)
     }
 
-    /// Returns the light assets of a job.
-    async fn light_assets(&self, work: &RenderJob) -> Result<LightAssets, Interrupted> {
+    /// Returns the files that the scene of a job names.
+    async fn scene_assets(&self, work: &RenderJob) -> Result<LightAssets, Interrupted> {
         let mut assets = LightAssets::default();
         // An unreadable scene is reported by the renderer.
-        let lights = work.frame.scene().map(|scene| scene.lights).unwrap_or_default();
-        for asset in lights.iter().filter_map(Light::asset) {
-            let (AssetRef::Profile(name) | AssetRef::Environment(name)) = asset;
-            if self.asset_cache.add_to(name, &mut assets) {
-                continue;
-            }
-            let file = self.client.light_asset(name).await;
-            let file = file.map_err(|error| Interrupted::by("download a light file", error))?;
-            let LightAssetFile { kind, bytes } = file;
-            let (asset_cache, own) = (self.asset_cache.clone(), name.to_owned());
-            let read = move || {
-                asset_cache.parse_into(&own, kind, &bytes, &mut assets)?;
-                Ok::<_, String>(assets)
-            };
-            assets = tokio::task::spawn_blocking(read).await.map_err(failed)?.map_err(failed)?;
+        let Ok(scene) = work.frame.scene() else { return Ok(assets) };
+        for (asset, _) in scene.assets() {
+            let (AssetRef::Profile(name) | AssetRef::Environment(name) | AssetRef::Image(name)) =
+                asset;
+            self.add_asset(name, &mut assets).await?;
         }
         Ok(assets)
     }
 
-    /// Returns the control images of the painted materials of a job.
-    async fn control_images(&self, work: &RenderJob) -> Result<Vec<LoadedImage>, Interrupted> {
+    /// Adds the control images of the painted materials of a job.
+    async fn add_control_images(
+        &self,
+        work: &RenderJob,
+        assets: &mut LightAssets,
+    ) -> Result<(), Interrupted> {
         let subjects = work.items.iter().flat_map(|item| item.subject.programs());
         let words = subjects.map(|program| &program.words);
-        let words = words.chain(work.frame.objects.iter().map(|object| &object.words));
-        let mut images: Vec<LoadedImage> = Vec::new();
-        for words in words {
+        for words in words.chain(work.frame.objects.iter().map(|object| &object.words)) {
             // Unreadable words are reported by the renderer.
             let hashes = self.renderer.program(words).map(|program| program.images());
             for hash in hashes.unwrap_or_default() {
-                if images.iter().any(|image| image.hash() == hash) {
-                    continue;
-                }
-                images.push(self.control_image(hash).await?);
+                self.add_asset(&hash.to_string(), assets).await?;
             }
         }
-        Ok(images)
+        Ok(())
     }
 
-    async fn control_image(&self, hash: ImageHash) -> Result<LoadedImage, Interrupted> {
-        if let Some(image) = self.renderer.cached_image(hash) {
-            return Ok(image);
+    /// Adds a file, from the cache or the server.
+    async fn add_asset(&self, name: &str, assets: &mut LightAssets) -> Result<(), Interrupted> {
+        if self.asset_cache.add_to(name, assets) {
+            return Ok(());
         }
-        let file = self.client.light_asset(&hash.to_string()).await;
-        let file = file.map_err(|error| Interrupted::by("download a control image", error))?;
-        let decode = move || LoadedImage::decode(&file.bytes);
-        let image = tokio::task::spawn_blocking(decode).await.map_err(failed)?.map_err(failed)?;
-        self.renderer.cache_image(&image);
-        Ok(image)
+        let file = self.client.light_asset(name).await;
+        let file = file.map_err(|error| Interrupted::by("download a file of the scene", error))?;
+        let LightAssetFile { kind, bytes } = file;
+        let (asset_cache, own) = (self.asset_cache.clone(), name.to_owned());
+        let mut all = std::mem::take(assets);
+        let read = move || {
+            asset_cache.parse_into(&own, kind, &bytes, &mut all)?;
+            Ok::<_, String>(all)
+        };
+        *assets = tokio::task::spawn_blocking(read).await.map_err(failed)?.map_err(failed)?;
+        Ok(())
     }
 
     /// Returns the mesh and the light assets of a job in the scene of a target's picture.

@@ -39,7 +39,6 @@ mod job;
 mod lease;
 mod light_asset_cache;
 mod lit_spheres;
-mod loaded_image;
 mod painted_picture;
 mod reflected_picture;
 mod render_counters;
@@ -63,7 +62,6 @@ mod renderer_tests;
 
 pub use error::RenderError;
 pub use lease::WorkerError;
-pub use loaded_image::LoadedImage;
 pub use render_worker::{WorkerConfig, run};
 pub use renderer::Renderer;
 pub use scene_view::LoadedMesh;

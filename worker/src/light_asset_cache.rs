@@ -1,9 +1,10 @@
-//! Cache of parsed light assets: IES profiles and environment maps, by the names that scenes use.
+//! Cache of parsed light assets: IES profiles, environment maps and images, by the names that
+//! scenes and materials use.
 
 use std::sync::Arc;
 
-use brood_eval::decode_environment;
-use brood_light::{EnvironmentMap, IesProfile, LightAssets};
+use brood_eval::{decode_environment, decode_image};
+use brood_light::{EnvironmentMap, IesProfile, ImagePyramid, LightAssets};
 use brood_protocol::LightAssetKind;
 
 use crate::bounded_cache::BoundedCache;
@@ -17,6 +18,7 @@ pub(crate) struct LightAssetCache {
 enum LightAsset {
     Profile(Arc<IesProfile>),
     Environment(Arc<EnvironmentMap>),
+    Image(Arc<ImagePyramid>),
 }
 
 impl LightAssetCache {
@@ -47,12 +49,15 @@ impl LightAssetCache {
             LightAssetKind::Environment => LightAsset::Environment(Arc::new(
                 decode_environment(bytes).map_err(|e| e.to_string())?,
             )),
-            LightAssetKind::Image => return Err("a light's file is a control image".to_owned()),
+            LightAssetKind::Image => {
+                LightAsset::Image(Arc::new(decode_image(bytes).map_err(|e| e.to_string())?))
+            }
         };
         asset.add_to(name, assets);
         let bytes = match &asset {
             LightAsset::Profile(_) => bytes.len(),
             LightAsset::Environment(map) => map.bytes(),
+            LightAsset::Image(image) => image.bytes(),
         };
         self.entries.insert(key(name), Arc::new(asset), bytes);
         Ok(())
@@ -64,6 +69,7 @@ impl LightAsset {
         match self {
             Self::Profile(profile) => assets.insert_profile(name, profile.clone()),
             Self::Environment(map) => assets.insert_environment(name, map.clone()),
+            Self::Image(image) => assets.insert_image(name, image.clone()),
         }
     }
 }

@@ -41,7 +41,7 @@ impl Renderer {
                 let (side, parts) = (BACKDROP_TEXELS, (&scene, mesh.mesh(), assets.assets()));
                 Some(backdrop_radiance(blur_deg, parts, side.into(), PixelArea::whole(side)))
             }
-            Some(Backdrop::Color { .. }) | None => None,
+            Some(Backdrop::Color { .. } | Backdrop::Image { .. }) | None => None,
         };
         let encoded = of_program.map(|(own, program)| {
             EncodedPicture::spheres(layout, own, backdrop.as_deref(), program)

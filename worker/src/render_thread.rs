@@ -16,7 +16,6 @@ use brood_protocol::{
 use tokio::sync::{mpsc, oneshot};
 
 use crate::error::RenderError;
-use crate::loaded_image::LoadedImage;
 use crate::renderer::Renderer;
 use crate::scene_view::LoadedMesh;
 use crate::subject::LoadedSubject;
@@ -31,8 +30,6 @@ pub(crate) struct RenderRequest {
     /// Uploaded meshes of the scene's other objects.
     pub(crate) objects: Vec<Arc<LoadedMesh>>,
     pub(crate) assets: LightAssets,
-    /// Control images of all painted materials of the job.
-    pub(crate) images: Vec<LoadedImage>,
     /// Channel for the outcome; closed if the lease was lost.
     pub(crate) reply: oneshot::Sender<RenderOutcome>,
 }
@@ -53,10 +50,9 @@ pub(crate) fn start(
             if request.reply.is_closed() {
                 continue;
             }
-            let RenderRequest { work, targets, mesh, objects, assets, images, reply } = request;
+            let RenderRequest { work, targets, mesh, objects, assets, reply } = request;
             renderer.set_light_assets(assets);
             renderer.set_object_meshes(objects);
-            renderer.set_control_images(images);
             let outcome = pool.install(|| execute(&renderer, &work, targets, &mesh));
             // A closed channel means that the lease was lost meanwhile.
             let _ = reply.send(outcome);

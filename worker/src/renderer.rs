@@ -20,7 +20,6 @@ use crate::encoded_picture::EncodedPicture;
 use crate::error::RenderError;
 use crate::evaluated_picture::{EvaluatedPicture, FineTiles, Prefiltered, Refiner, SampledPicture};
 use crate::evaluator::Evaluators;
-use crate::loaded_image::LoadedImage;
 use crate::render_counters::micros;
 use crate::scene_view::{LoadedAssets, LoadedMesh, Raster, SceneView};
 use crate::shot::{BATCH_FLOATS, Method, Shot};
@@ -38,7 +37,6 @@ pub struct Renderer {
     assets: Mutex<Arc<LoadedAssets>>,
     /// Uploaded meshes of objects beside the subject.
     pub(crate) object_meshes: Mutex<Vec<Arc<LoadedMesh>>>,
-    pub(crate) control_images: Mutex<Vec<LoadedImage>>,
 }
 
 impl Renderer {
@@ -61,11 +59,10 @@ impl Renderer {
             reflectances: Mutex::default(),
             assets: Mutex::new(Arc::new(LoadedAssets::new(LightAssets::default()))),
             object_meshes: Mutex::default(),
-            control_images: Mutex::default(),
         }
     }
 
-    /// Returns the cache, for light files and control images.
+    /// Returns the cache, for light assets.
     pub(crate) fn entries(&self) -> BoundedCache {
         self.entries.clone()
     }
@@ -120,8 +117,8 @@ impl Renderer {
         self.caches.uploaded(mesh)
     }
 
-    /// Replaces the light assets, which scenes refer to by name. A light whose asset is missing
-    /// emits nothing.
+    /// Replaces the light assets, which scenes and painted materials refer to by name. A light
+    /// whose asset is missing emits nothing; a painted material cannot be rendered then.
     pub fn set_light_assets(&self, assets: LightAssets) {
         if assets.is_same(self.loaded_assets().assets()) {
             // Hashing large environment maps again takes longer than most pictures.

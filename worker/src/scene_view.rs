@@ -56,7 +56,7 @@ pub(crate) struct LoadedAssets {
 
 impl LoadedAssets {
     pub(crate) fn new(assets: LightAssets) -> Self {
-        let hash = assets.content_hash();
+        let hash = assets.light_hash();
         Self { assets, hash }
     }
 
@@ -123,6 +123,11 @@ impl<'a> SceneView<'a> {
         hasher.update(hash);
         hasher.update(&json);
         hasher.update(loaded.hash.as_bytes());
+        for (map, _) in scene.normal_maps() {
+            if let Some(image) = loaded.assets.image(&map.image) {
+                hasher.update(image.content_hash().as_bytes());
+            }
+        }
         for other in others {
             hasher.update(&other.hash);
         }

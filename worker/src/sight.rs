@@ -8,7 +8,7 @@ use brood_program::Program;
 use brood_protocol::{Backend, RenderStats};
 use brood_scene::{
     Backdrop, Exposure, LeavingRay, LobeShape, PictureSize, SampleSet, Seen, WayOut,
-    radiance_towards,
+    colors_towards, radiance_towards,
 };
 
 use crate::error::RenderError;
@@ -113,7 +113,7 @@ impl Renderer {
         let numbers = numbers.collect();
         let rays_traced = rays.len() as u64;
         self.caches.counters.add(RenderStats { rays: rays_traced, ..RenderStats::default() });
-        let mut colors = behind(view, &rays, exposure);
+        let mut colors = behind(view, (frame.size_px, &rays), exposure);
         let part = view.stage.part();
         for other in (0..view.parts()).filter(|other| *other != part) {
             let program = match other.checked_sub(1) {
@@ -219,11 +219,23 @@ fn of_rays(
 
 /// Returns the colours behind all objects: those of the backdrop, or of the environments without
 /// one.
-fn behind(view: &SceneView<'_>, rays: &[LeavingRay], exposure: Gain) -> Vec<SeenColor> {
+fn behind(
+    view: &SceneView<'_>,
+    (size_px, rays): (PictureSize, &[LeavingRay]),
+    exposure: Gain,
+) -> Vec<SeenColor> {
     let scene = view.scene();
-    let blur_deg = match scene.backdrop {
+    let blur_deg = match &scene.backdrop {
         Some(Backdrop::Color { color }) => return vec![Some(color.map(|c| c as f32)); rays.len()],
-        Some(Backdrop::Environment { blur_deg }) => blur_deg,
+        Some(Backdrop::Image { image }) => {
+            let Some(image) = view.assets.image(image) else { return vec![None; rays.len()] };
+            let colors = colors_towards(image, (scene, &view.stage), (size_px, rays));
+            let straight = |[r, g, b, opacity]: [f32; 4]| {
+                (opacity > 0.0).then(|| [r, g, b].map(|channel| channel / opacity))
+            };
+            return colors.into_iter().map(straight).collect();
+        }
+        Some(Backdrop::Environment { blur_deg }) => *blur_deg,
         None if scene.has_environment() => 0.0,
         None => return vec![None; rays.len()],
     };

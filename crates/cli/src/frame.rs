@@ -122,9 +122,12 @@ impl FrameArgs {
     ) -> Result<(Frame, Arc<LoadedMesh>)> {
         let mut scene = self.read_scene()?;
         let folder = self.scene.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-        renderer.set_light_assets(light_file::read(&scene, folder)?);
-        let images = self.images.iter().map(|path| image_file::read(path));
-        renderer.set_control_images(images.collect::<Result<_>>()?);
+        let mut assets = light_file::read(&scene, folder)?;
+        for path in &self.images {
+            let (hash, image) = image_file::read(path)?;
+            assets.insert_image(hash.to_string(), Arc::new(image));
+        }
+        renderer.set_light_assets(assets);
         self.check_memory(&scene)?;
         if let Some(name) = &self.mesh {
             scene.mesh = match BuiltinMesh::from_name(name) {

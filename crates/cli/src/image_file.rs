@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use brood_bench::output::{self, read_file};
-use brood_worker::LoadedImage;
+use brood_eval::decode_image;
+use brood_genome::ImageHash;
+use brood_light::ImagePyramid;
 use clap::Args;
 use serde_json::json;
 
@@ -23,9 +25,9 @@ pub struct ImageArgs {
 pub fn run(args: &ImageArgs, json: bool) -> Result<()> {
     let mut lines = Vec::new();
     for path in &args.files {
-        let loaded = read(path)?;
-        let (width, height) = loaded.image().size();
-        lines.push((loaded.hash().to_string(), width, height, path));
+        let (hash, image) = read(path)?;
+        let (width, height) = image.size();
+        lines.push((hash.to_string(), width, height, path));
     }
     if json {
         let line = |(hash, width, height, path): &(String, u32, u32, &PathBuf)| json!({"image": hash, "width": width, "height": height, "file": path});
@@ -37,8 +39,9 @@ pub fn run(args: &ImageArgs, json: bool) -> Result<()> {
     output::print(&lines.iter().map(line).collect::<String>())
 }
 
-/// Reads a control image.
-pub fn read(path: &Path) -> Result<LoadedImage> {
+/// Reads an image and the hash of its file.
+pub fn read(path: &Path) -> Result<(ImageHash, ImagePyramid)> {
     let file = read_file(path, IMAGE_BYTES)?;
-    LoadedImage::decode(&file).with_context(|| path.display().to_string())
+    let image = decode_image(&file).with_context(|| path.display().to_string())?;
+    Ok((ImageHash::of(&file), image))
 }

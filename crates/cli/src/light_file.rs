@@ -1,5 +1,5 @@
-//! Files named by the lights of a scene: IES profiles and environment pictures, relative to the
-//! scene's folder.
+//! Files named by a scene: IES profiles, environment pictures and images, relative to the scene's
+//! folder.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,16 +7,18 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use brood_bench::output::read_file;
 use brood_eval::decode_environment;
-use brood_light::{AssetRef, IesProfile, Light, LightAssets};
+use brood_light::{AssetRef, IesProfile, LightAssets};
 use brood_scene::Scene;
+
+use crate::image_file;
 
 const PROFILE_BYTES: u64 = 16 << 20;
 const ENVIRONMENT_BYTES: u64 = 512 << 20;
 
-/// Reads the assets of the lights; names are paths relative to `folder`.
+/// Reads the assets of a scene; names are paths relative to `folder`.
 pub fn read(scene: &Scene, folder: &Path) -> Result<LightAssets> {
     let mut assets = LightAssets::default();
-    for asset in scene.lights.iter().filter_map(Light::asset) {
+    for (asset, _) in scene.assets() {
         match asset {
             AssetRef::Profile(name) if assets.profile(name).is_none() => {
                 let path = folder.join(name);
@@ -30,7 +32,11 @@ pub fn read(scene: &Scene, folder: &Path) -> Result<LightAssets> {
                     .with_context(|| path.display().to_string())?;
                 assets.insert_environment(name, Arc::new(map));
             }
-            AssetRef::Profile(_) | AssetRef::Environment(_) => {}
+            AssetRef::Image(name) if assets.image(name).is_none() => {
+                let (_, image) = image_file::read(&folder.join(name))?;
+                assets.insert_image(name, Arc::new(image));
+            }
+            AssetRef::Profile(_) | AssetRef::Environment(_) | AssetRef::Image(_) => {}
         }
     }
     Ok(assets)

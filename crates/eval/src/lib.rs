@@ -64,9 +64,9 @@ pub use lit_angles::{are_angles, encode_angles};
 pub use lit_spheres::{BACKDROP_TEXELS, LitSpheres};
 pub use model::{model_error, model_reflectance};
 pub use picture::{
-    DisplayPicture, EnvironmentFileError, LinearPicture, LinearPictureError, PictureError,
-    SheetCell, centre_px, decode_display, decode_environment, decode_linear, decode_png,
-    encode_apng, encode_exr, encode_png, picture_size, sheet,
+    DisplayPicture, EnvironmentFileError, IMAGE_SIDE_MOST, LinearPicture, LinearPictureError,
+    PictureError, SheetCell, centre_px, decode_display, decode_environment, decode_image,
+    decode_linear, decode_png, encode_apng, encode_exr, encode_png, picture_size, sheet,
 };
 pub use prefiltered::{GatheredLight, is_prefilterable, lobe_tables, shade_prefiltered};
 pub use preview::{Preview, PreviewScorer, diverse_brood};

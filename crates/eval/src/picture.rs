@@ -9,6 +9,7 @@ pub use codec::{
     encode_png,
 };
 pub use linear::{
-    DisplayPicture, LinearPicture, LinearPictureError, decode_display, decode_linear, picture_size,
+    DisplayPicture, IMAGE_SIDE_MOST, LinearPicture, LinearPictureError, decode_display,
+    decode_image, decode_linear, picture_size,
 };
 pub use sheet::{SheetCell, centre_px, sheet};

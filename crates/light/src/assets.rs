@@ -1,4 +1,4 @@
-//! IES profiles and environment maps that lights refer to by name.
+//! IES profiles, environment maps and images that scenes and painted materials refer to by name.
 //!
 //! The table only stores what the caller inserts; loading files, uploads or database rows is the
 //! caller's task.
@@ -8,21 +8,25 @@ use std::sync::Arc;
 
 use crate::environment::EnvironmentMap;
 use crate::ies::IesProfile;
+use crate::image_pyramid::ImagePyramid;
 
-/// IES profiles and environment maps by the names used in scenes.
+/// IES profiles, environment maps and images by the names used in scenes and materials.
 #[derive(Debug, Clone, Default)]
 pub struct LightAssets {
     profiles: BTreeMap<String, Arc<IesProfile>>,
     environments: BTreeMap<String, Arc<EnvironmentMap>>,
+    images: BTreeMap<String, Arc<ImagePyramid>>,
 }
 
-/// Asset name that a light refers to.
+/// Asset name that a light or another part of a scene refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AssetRef<'a> {
     /// Name of an IES profile.
     Profile(&'a str),
     /// Name of an environment map.
     Environment(&'a str),
+    /// Name of an image.
+    Image(&'a str),
 }
 
 impl LightAssets {
@@ -48,26 +52,35 @@ impl LightAssets {
         self.environments.get(name)
     }
 
+    /// Inserts an image, replacing the one of that name.
+    pub fn insert_image(&mut self, name: impl Into<String>, image: Arc<ImagePyramid>) {
+        self.images.insert(name.into(), image);
+    }
+
+    /// Returns the image of that name.
+    #[must_use]
+    pub fn image(&self, name: &str) -> Option<&Arc<ImagePyramid>> {
+        self.images.get(name)
+    }
+
     /// True if both hold the same `Arc`s under the same names, which implies equal content hashes.
     #[must_use]
     pub fn is_same(&self, other: &Self) -> bool {
-        let profiles = self.profiles.iter().zip(&other.profiles);
-        let environments = self.environments.iter().zip(&other.environments);
-        self.profiles.len() == other.profiles.len()
-            && self.environments.len() == other.environments.len()
-            && profiles.into_iter().all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
-            && environments.into_iter().all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
+        are_same(&self.profiles, &other.profiles)
+            && are_same(&self.environments, &other.environments)
+            && are_same(&self.images, &other.images)
     }
 
     /// True if there are no assets.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.profiles.is_empty() && self.environments.is_empty()
+        self.profiles.is_empty() && self.environments.is_empty() && self.images.is_empty()
     }
 
-    /// Hash of all names and contents. Cached sample sets depend on it besides scene and mesh.
+    /// Hash of the names and contents of profiles and environment maps. Cached sample sets depend
+    /// on it besides scene, mesh and normal maps.
     #[must_use]
-    pub fn content_hash(&self) -> blake3::Hash {
+    pub fn light_hash(&self) -> blake3::Hash {
         let mut hasher = blake3::Hasher::new();
         let profiles = self.profiles.iter().map(|(name, asset)| (b'p', name, asset.content_hash()));
         let environments =
@@ -82,17 +95,22 @@ impl LightAssets {
     }
 }
 
+/// True if both tables hold the same `Arc`s under the same names.
+fn are_same<T>(a: &BTreeMap<String, Arc<T>>, b: &BTreeMap<String, Arc<T>>) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.0 == b.0 && Arc::ptr_eq(a.1, b.1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn content_hash_changes_when_an_asset_is_added() {
+    fn light_hash_changes_when_an_asset_is_added() {
         let mut assets = LightAssets::default();
-        let empty = assets.content_hash();
+        let empty = assets.light_hash();
         let text = b"TILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 60\n0 90\n0\n5 5\n";
         assets.insert_profile("a.ies", Arc::new(IesProfile::parse(text).unwrap()));
-        assert_ne!(assets.content_hash(), empty);
+        assert_ne!(assets.light_hash(), empty);
         assert!(assets.profile("a.ies").is_some() && assets.environment("a.ies").is_none());
     }
 }

@@ -1,7 +1,7 @@
 //! Lights: their descriptions and JSON form, units, IES profiles, environment maps, and sampling.
 //!
-//! Main types: [`Light`] (JSON description of one light), [`LightAssets`] (IES profiles and
-//! environment maps by name) and [`LightSampler`] (directions and irradiances at a surface point).
+//! Main types: [`Light`] (JSON description of one light), [`LightAssets`] (IES profiles,
+//! environment maps and images by name) and [`LightSampler`] (directions and irradiances at a surface point).
 //! The crate does not depend on scenes, cameras or materials, tests no occlusion and does no I/O.
 //!
 //! ```
@@ -25,6 +25,7 @@ mod assets;
 mod environment;
 pub mod field;
 mod ies;
+mod image_pyramid;
 mod light;
 mod sampler;
 mod sequence;
@@ -36,6 +37,7 @@ pub use environment::{
 };
 pub use field::FieldError;
 pub use ies::{IesError, IesErrorKind, IesProfile, Photometry};
+pub use image_pyramid::ImagePyramid;
 pub use light::{
     AREA_SAMPLES, AmbientLight, DirectionalLight, DiskLight, ENVIRONMENT_SAMPLES, EnvironmentLight,
     IesLight, Light, PointLight, Quantity, RectangleLight, SphereLight, SpotLight, Strength,

@@ -1,14 +1,14 @@
-//! Radiance of the environments of a scene behind the object.
+//! What pictures show behind the object: the radiance of environments, or an image.
 
 use std::f64::consts::PI;
 
-use brood_light::{LightAssets, LightSampler, PrefilteredEnvironment};
+use brood_light::{ImagePyramid, LightAssets, LightSampler, PrefilteredEnvironment};
 use brood_mesh::{Mesh, UnitFrame};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::description::Scene;
-use crate::sample_set::{PictureSize, PixelArea, View};
+use crate::sample_set::{LeavingRay, PictureSize, PixelArea, View};
 use crate::stage::Stage;
 
 /// Number of means that a pixel averages.
@@ -17,6 +17,8 @@ const TAPS: usize = 16;
 const TAP_SPACING: f64 = 0.4;
 /// Largest blur over which means are spread, in radians.
 const MAX_SPACING: f64 = PI / 2.0;
+/// Distance of images behind the centre of the subject, in radii of the subject.
+const PLANE_RADII: f64 = 4.0;
 /// Largest radiance; brighter ones are limited, so that no picture overflows.
 const RADIANCE_MAX: f32 = 1e27;
 
@@ -61,6 +63,77 @@ pub fn radiance_towards(
     towards: &[DVec3],
 ) -> Vec<[f32; 3]> {
     mean_radiance(blur_deg, (scene, assets, &stage.frame(scene)), towards)
+}
+
+/// Returns the colours of an image that covers a picture, in the pixels of an area, row by row from
+/// the top: the image is in the middle and just large enough.
+///
+/// # Units
+/// Display values times opacity, and opacity.
+#[must_use]
+pub fn backdrop_colors(
+    image: &ImagePyramid,
+    size_px: PictureSize,
+    area: PixelArea,
+) -> Vec<[f32; 4]> {
+    let cover = Cover::new(image, size_px);
+    let color = |at: u32| {
+        let pixel = (area.x + at % area.width, area.y + at / area.width);
+        cover.color(DVec2::new(f64::from(pixel.0), f64::from(pixel.1)) + 0.5)
+    };
+    (0..area.width * area.height).into_par_iter().with_min_len(256).map(color).collect()
+}
+
+/// Returns the colours of an image behind a scene that rays see which leave the stage's part. The
+/// image is on a plane behind the subject that faces the camera, where the camera sees it as in
+/// [`backdrop_colors`]. Rays towards the camera see it mirrored, rays beyond its sides the nearest
+/// pixel.
+///
+/// # Units
+/// As [`backdrop_colors`]; the rays are in the unit frame of the part.
+#[must_use]
+pub fn colors_towards(
+    image: &ImagePyramid,
+    (scene, stage): (&Scene, &Stage<'_>),
+    (size_px, rays): (PictureSize, &[LeavingRay]),
+) -> Vec<[f32; 4]> {
+    let view = View::new(&scene.camera, &stage.frame(scene), size_px);
+    let (subject, radius) = stage.subject();
+    let plane = (subject, PLANE_RADII / radius);
+    let cover = Cover::new(image, size_px);
+    let half = 0.5 * f64::from(size_px.height);
+    let color = |leaving: &LeavingRay| {
+        let at = view.on_plane_behind(plane, leaving.ray);
+        cover.color(DVec2::new(size_px.aspect() + at.x, 1.0 - at.y) * half)
+    };
+    rays.par_iter().with_min_len(256).map(color).collect()
+}
+
+/// Image that covers a picture.
+struct Cover<'a> {
+    image: &'a ImagePyramid,
+    /// Change of the texture position over the picture, and over a pixel.
+    whole: DVec2,
+    pixel: DVec2,
+}
+
+impl<'a> Cover<'a> {
+    fn new(image: &'a ImagePyramid, size_px: PictureSize) -> Self {
+        let (width, height) = image.size();
+        let wider = size_px.aspect() * f64::from(height) / f64::from(width);
+        let whole = DVec2::new(wider.min(1.0), (1.0 / wider).min(1.0));
+        let size = DVec2::new(f64::from(size_px.width), f64::from(size_px.height));
+        Self { image, whole, pixel: whole / size }
+    }
+
+    /// Colour around a point of the picture, in pixels from its upper left corner.
+    fn color(&self, at: DVec2) -> [f32; 4] {
+        let from_corner = at * self.pixel;
+        let uv = DVec2::new(from_corner.x, self.whole.y - from_corner.y);
+        let uv = uv.clamp(DVec2::ZERO, self.whole) + 0.5 * (DVec2::ONE - self.whole);
+        let footprint = [DVec2::X * self.pixel.x, DVec2::Y * self.pixel.y];
+        self.image.color_within(uv, footprint)
+    }
 }
 
 fn mean_radiance(

@@ -7,6 +7,7 @@ mod backdrop;
 mod camera;
 mod film;
 mod mesh_ref;
+mod normal_map;
 mod normals;
 mod object;
 mod tangents;
@@ -14,7 +15,7 @@ mod tangents;
 mod tests;
 mod validate;
 
-use brood_light::{EnvironmentLight, Light, PointLight};
+use brood_light::{AssetRef, EnvironmentLight, Light, PointLight};
 use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -23,6 +24,7 @@ pub use backdrop::Backdrop;
 pub use camera::{Camera, LookAtCamera, OrbitCamera, OrthographicCamera};
 pub use film::{EV_MAX, Exposure, Film, Tone};
 pub use mesh_ref::MeshRef;
+pub use normal_map::NormalMap;
 pub use normals::Normals;
 pub use object::{Ground, OBJECTS_MAX, SceneObject};
 pub use tangents::{SpherePole, Tangents};
@@ -71,6 +73,9 @@ pub struct Scene {
     /// Ground below the object; none by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ground: Option<Ground>,
+    /// Normal map of the mesh; none by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_map: Option<NormalMap>,
 }
 
 fn is_default<T: Default + PartialEq>(value: &T) -> bool {
@@ -94,6 +99,7 @@ impl Default for Scene {
             backdrop: None,
             objects: Vec::new(),
             ground: None,
+            normal_map: None,
         }
     }
 }
@@ -145,6 +151,51 @@ impl Scene {
         objects.chain(ground.map(|own| (own.material.as_deref(), "/ground/material".to_owned())))
     }
 
+    /// Returns the normal maps of the subject, the other objects and the ground, with their JSON
+    /// pointers.
+    pub fn normal_maps(&self) -> impl Iterator<Item = (&NormalMap, String)> {
+        let own = self.normal_map.iter().map(|map| (map, "/normal_map".to_owned()));
+        let objects = self.objects.iter().enumerate().filter_map(|(k, object)| {
+            Some((object.normal_map.as_ref()?, format!("/objects/{k}/normal_map")))
+        });
+        let ground = self.ground.iter().filter_map(|ground| ground.normal_map.as_ref());
+        own.chain(objects).chain(ground.map(|map| (map, "/ground/normal_map".to_owned())))
+    }
+
+    /// Returns the normal map of a part: of the subject for 0, then of the other objects, then of
+    /// the ground.
+    #[must_use]
+    pub fn normal_map_of(&self, part: usize) -> Option<&NormalMap> {
+        match part.checked_sub(1) {
+            None => self.normal_map.as_ref(),
+            Some(at) => match self.objects.get(at) {
+                Some(object) => object.normal_map.as_ref(),
+                None => self.ground.as_ref()?.normal_map.as_ref(),
+            },
+        }
+    }
+
+    /// Returns the files that the scene names, with the JSON pointers of the names.
+    pub fn assets(&self) -> impl Iterator<Item = (AssetRef<'_>, String)> {
+        let lights = self.lights.iter().enumerate();
+        let lights = lights.filter_map(|(k, light)| {
+            let asset = light.asset()?;
+            let field = match asset {
+                AssetRef::Profile(_) => "profile",
+                AssetRef::Environment(_) | AssetRef::Image(_) => "image",
+            };
+            Some((asset, format!("/lights/{k}/{field}")))
+        });
+        let backdrop = match &self.backdrop {
+            Some(Backdrop::Image { image }) => Some(image),
+            _ => None,
+        };
+        let backdrop = backdrop.map(|image| (AssetRef::Image(image), "/backdrop/image".to_owned()));
+        let maps = self.normal_maps();
+        let maps = maps.map(|(map, at)| (AssetRef::Image(&map.image), format!("{at}/image")));
+        lights.chain(backdrop).chain(maps)
+    }
+
     /// True if a light is an environment.
     #[must_use]
     pub fn has_environment(&self) -> bool {
@@ -183,7 +234,7 @@ impl Scene {
         });
         let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
         let is_lit = |backdrop: &Backdrop| matches!(backdrop, Backdrop::Environment { .. });
-        let backdrop = self.backdrop.filter(|backdrop| turns == 1 && is_lit(backdrop));
+        let backdrop = self.backdrop.clone().filter(|backdrop| turns == 1 && is_lit(backdrop));
         let (camera, lights) = (self.camera.clone(), lights.collect());
         Self { camera, lights, film, backdrop, ..Self::default() }
     }
@@ -201,14 +252,21 @@ impl Scene {
         };
         let lights: Option<Vec<Light>> = self.lights.iter().map(position).collect();
         let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
-        let plain = |object: &SceneObject| SceneObject { material: None, ..object.clone() };
+        let plain = |object: &SceneObject| SceneObject {
+            material: None,
+            normal_map: None,
+            ..object.clone()
+        };
+        let ground = self.ground.as_ref();
+        let ground = ground.map(|own| Ground { material: None, normal_map: None, ..own.clone() });
         let scene = Self {
             lights: lights?,
             light_deg: 0.0,
             film,
             backdrop: None,
             objects: self.objects.iter().map(plain).collect(),
-            ground: self.ground.as_ref().map(|own| Ground { material: None, ..own.clone() }),
+            ground,
+            normal_map: None,
             ..self.clone()
         };
         (self.shadows && !self.lights.is_empty()).then_some(scene)

@@ -18,19 +18,17 @@
 
 mod backdrop;
 mod clip_from;
-mod control_image;
 mod description;
 mod prefiltered;
 mod sample_set;
 mod stage;
 
-pub use backdrop::{backdrop_radiance, radiance_towards};
+pub use backdrop::{backdrop_colors, backdrop_radiance, colors_towards, radiance_towards};
 pub use clip_from::{ClipFrom, ClipFromError};
-pub use control_image::ControlImage;
 pub use description::{
     Backdrop, Camera, EV_MAX, Exposure, Film, Ground, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera,
-    MeshRef, Normals, OBJECTS_MAX, OrbitCamera, OrthographicCamera, Scene, SceneObject, SpherePole,
-    Tangents, Tone,
+    MeshRef, NormalMap, Normals, OBJECTS_MAX, OrbitCamera, OrthographicCamera, Scene, SceneObject,
+    SpherePole, Tangents, Tone,
 };
 pub use prefiltered::{
     LitPoint, LobeNodes, LobeShape, LobeTable, NODES, NODES_TOGETHER, PixelBetween,

@@ -14,6 +14,7 @@ mod layout;
 #[cfg(test)]
 mod light_tests;
 mod lit_angles;
+mod normal_map;
 mod paint;
 mod paint_point;
 #[cfg(test)]

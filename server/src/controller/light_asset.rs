@@ -5,10 +5,9 @@ use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_eval::{decode_display, decode_environment};
+use brood_eval::{IMAGE_SIDE_MOST, decode_display, decode_environment};
 use brood_light::{BuiltinEnvironment, IesProfile};
 use brood_protocol::{LightAssetAnswer, LightAssetKind};
-use brood_target::KnownView;
 use http::{Request, StatusCode, header};
 
 use super::create_once;
@@ -17,9 +16,9 @@ use super::target::read::{REASON_CHARS, clean};
 use crate::control_image;
 use crate::extract::{Path, read_upload};
 use crate::idempotency::IdempotencyKey;
-use crate::lighting;
 use crate::limit;
 use crate::problem::ApiError;
+use crate::scene_asset;
 use crate::state::App;
 
 /// Uploads an IES file.
@@ -92,7 +91,7 @@ pub async fn environment_mean(
 ) -> Result<impl IntoResponse, ApiError> {
     let map = match BuiltinEnvironment::from_name(&image) {
         Some(builtin) => app.processors.run(move || builtin.map()).await?,
-        None => lighting::environment(&app.store, &image).await?,
+        None => scene_asset::environment(&app.store, &image).await?,
     };
     let mean = EnvironmentMean {
         radiance: map.mean(),
@@ -179,7 +178,7 @@ pub fn answer(kind: LightAssetKind, bytes: &[u8]) -> Result<LightAssetAnswer, Ap
             answer.mean_radiance = Some(map.mean());
         }
         LightAssetKind::Image => {
-            let read = decode_display(bytes, KnownView::SIDE_MOST);
+            let read = decode_display(bytes, IMAGE_SIDE_MOST);
             let read = read.map_err(|error| refuse(clean(&error.to_string(), REASON_CHARS)))?;
             (answer.width, answer.height) = (Some(read.width), Some(read.height));
         }

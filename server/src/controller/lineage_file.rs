@@ -23,10 +23,10 @@ use crate::control_image;
 use crate::extract::{Path, parse_json, read_upload};
 use crate::idempotency::IdempotencyKey;
 use crate::library::read_genome;
-use crate::lighting;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::processors::run_blocking;
+use crate::scene_asset;
 use crate::state::App;
 
 /// Rows per read.
@@ -50,11 +50,6 @@ pub async fn export(
             Some(BASE64_STANDARD.encode(app.store.mesh_data(hash).await?))
         }
     };
-    let mut light_assets = Vec::new();
-    for hash in lighting::files(&known.scene) {
-        let (kind, bytes) = app.store.light_asset(hash).await?;
-        light_assets.push(FileLightAsset { kind, bytes: BASE64_STANDARD.encode(bytes) });
-    }
     let stored = generations(&app, id).await?;
     let own: HashSet<IndividualId> =
         stored.iter().flat_map(|one| &one.individuals).map(|one| one.id).collect();
@@ -76,8 +71,11 @@ pub async fn export(
         }
     }
     let (genomes, images) = texts(&app, &hashes).await?;
-    for hash in images {
-        let (kind, bytes) = app.store.light_asset(*hash.as_bytes()).await?;
+    let mut files: BTreeSet<[u8; 32]> = images.iter().map(|hash| *hash.as_bytes()).collect();
+    files.extend(scene_asset::files(&known.scene));
+    let mut light_assets = Vec::new();
+    for hash in files {
+        let (kind, bytes) = app.store.light_asset(hash).await?;
         light_assets.push(FileLightAsset { kind, bytes: BASE64_STANDARD.encode(bytes) });
     }
     let file = LineageFile {
@@ -149,7 +147,7 @@ pub async fn import(
             }
         }
         app.library.meshes(&scene).await.map_err(|error| error.inside("/scene"))?;
-        lighting::check(&app.store, &scene).await.map_err(|error| error.at("/scene/lights"))?;
+        scene_asset::check(&app.store, &scene).await.map_err(|error| error.inside("/scene"))?;
         let scene = super::scene::store(&app, &scene).await?;
         let mut new = import::assemble(file, genomes, scene)?;
         new.idempotency = attempt.record(StatusCode::CREATED, &new.lineage);

@@ -13,8 +13,8 @@ use super::create_once;
 use crate::clock::now_ms;
 use crate::extract::{Json as JsonBody, Path};
 use crate::idempotency::IdempotencyKey;
-use crate::lighting;
 use crate::problem::ApiError;
+use crate::scene_asset;
 use crate::state::App;
 
 const COLLECTION: &str = "/v1/scenes";
@@ -31,7 +31,7 @@ pub async fn create(
         let scene = body.value;
         scene.validate()?;
         app.library.meshes(&scene).await?;
-        lighting::check(&app.store, &scene).await?;
+        scene_asset::check(&app.store, &scene).await?;
         let id = store(&app, &scene).await?;
         let answer = SceneAnswer { id, scene };
         attempt.store(&app.store, StatusCode::CREATED, &answer).await?;

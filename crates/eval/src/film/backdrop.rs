@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{Backdrop, Film, PictureSize, PixelArea, Scene, backdrop_radiance};
+use brood_scene::{
+    Backdrop, Film, PictureSize, PixelArea, Scene, backdrop_colors, backdrop_radiance,
+};
 
 use super::developed::Developed;
 use super::surroundings::Surroundings;
@@ -33,7 +35,7 @@ enum Content {
 
 impl LitBackdrop {
     /// Computes the backdrop of a scene in an area of a picture. Pictures stay transparent if the
-    /// scene has none.
+    /// scene has none, or an image that is missing.
     #[must_use]
     pub fn new(
         (scene, mesh, assets): (&Scene, &Mesh, &LightAssets),
@@ -41,14 +43,21 @@ impl LitBackdrop {
         area: PixelArea,
     ) -> Self {
         let size = PictureSize { width: area.width, height: area.height };
-        let content = match scene.backdrop {
+        let content = match &scene.backdrop {
             None => Content::None,
-            Some(Backdrop::Color { color }) => Content::Plain(Developed::plain(size, color)),
+            Some(Backdrop::Color { color }) => Content::Plain(Developed::plain(size, *color)),
             Some(Backdrop::Environment { blur_deg }) => {
                 let view = (scene, mesh, assets);
-                let radiance = backdrop_radiance(blur_deg, view, size_px, area);
+                let radiance = backdrop_radiance(*blur_deg, view, size_px, area);
                 Content::Radiance { size, radiance }
             }
+            Some(Backdrop::Image { image }) => match assets.image(image) {
+                Some(image) => {
+                    let colors = backdrop_colors(image, size_px, area);
+                    Content::Plain(Developed::of_display(size, &colors))
+                }
+                None => Content::None,
+            },
         };
         Self { surroundings: None, film: scene.film, content }
     }

@@ -56,8 +56,21 @@ impl Developed {
         Self { width, height, rgba: [r, g, b, u8::MAX].repeat(pixels), exposure_ev: 0.0 }
     }
 
-    /// Replaces what is transparent by the pixels of an opaque picture: straight alpha, mixed in
-    /// linear light.
+    /// Returns a picture of display values times opacity, and opacity.
+    ///
+    /// # Panics
+    /// If there is not one for each pixel.
+    #[must_use]
+    pub fn of_display(PictureSize { width, height }: PictureSize, colors: &[[f32; 4]]) -> Self {
+        assert_eq!(colors.len(), width as usize * height as usize, "one colour for each pixel");
+        let codes = colors.iter().flat_map(|[r, g, b, opacity]| {
+            let straight = if *opacity > 0.0 { 255.0 / opacity } else { 0.0 };
+            [r * straight, g * straight, b * straight, opacity * 255.0].map(|c| (c + 0.5) as u8)
+        });
+        Self { width, height, rgba: codes.collect(), exposure_ev: 0.0 }
+    }
+
+    /// Puts the picture over another one: straight alpha, mixed in linear light.
     ///
     /// # Panics
     /// If the other picture has another size.
@@ -70,13 +83,16 @@ impl Developed {
             match pixel[3] {
                 255 => {}
                 0 => *pixel = *behind,
+                _ if behind[3] == 0 => {}
                 _ => {
+                    let all = alpha + (1.0 - alpha) * f32::from(behind[3]) / 255.0;
+                    let share = alpha / all;
                     for c in 0..3 {
                         let [own, behind] = [pixel[c], behind[c]]
                             .map(|code| srgb::decode_srgb(f64::from(code) / 255.0) as f32);
-                        pixel[c] = curve.encode(behind + (own - behind) * alpha);
+                        pixel[c] = curve.encode(behind + (own - behind) * share);
                     }
-                    pixel[3] = 255;
+                    pixel[3] = (all * 255.0 + 0.5) as u8;
                 }
             }
         }

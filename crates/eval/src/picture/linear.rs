@@ -5,6 +5,7 @@ use std::io::Cursor;
 
 use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 
+use brood_light::ImagePyramid;
 use brood_scene::PixelArea;
 
 use crate::RadianceImage;
@@ -102,6 +103,18 @@ pub fn decode_display(bytes: &[u8], side: u32) -> Result<DisplayPicture, LinearP
         return Err(LinearPictureError::Side { most: side, width, height });
     }
     Ok(DisplayPicture { width, height, rgba: decode(bytes, format, side)?.into_rgba8().into_raw() })
+}
+
+/// Largest width or height of images that scenes and painted materials name, in pixels.
+pub const IMAGE_SIDE_MOST: u32 = 4096;
+
+/// Decodes the PNG or JPEG file of an image that scenes and painted materials name.
+///
+/// # Errors
+/// As [`decode_display`].
+pub fn decode_image(file: &[u8]) -> Result<ImagePyramid, LinearPictureError> {
+    let DisplayPicture { width, height, rgba } = decode_display(file, IMAGE_SIDE_MOST)?;
+    Ok(ImagePyramid::new(width, height, &rgba))
 }
 
 fn decode(bytes: &[u8], format: ImageFormat, side: u32) -> Result<DynamicImage, image::ImageError> {

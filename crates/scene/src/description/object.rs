@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::mesh_ref::{MeshRef, SCALE_MAX};
+use super::normal_map::NormalMap;
 
 /// Largest number of objects beside the one that is bred.
 pub const OBJECTS_MAX: usize = 8;
@@ -32,6 +33,9 @@ pub struct SceneObject {
     /// Material: the hash of a stored genome, or the name of a preset. Default: neutral grey.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
+    /// Normal map; none by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_map: Option<NormalMap>,
 }
 
 impl Default for SceneObject {
@@ -43,6 +47,7 @@ impl Default for SceneObject {
             rotation_deg: [0.0; 3],
             scale: 1.0,
             material: None,
+            normal_map: None,
         }
     }
 }
@@ -58,6 +63,9 @@ pub struct Ground {
     /// Height in world units. Default: the lowest point of the object.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
+    /// Normal map; none by default. It repeats with the texture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal_map: Option<NormalMap>,
 }
 
 impl SceneObject {
@@ -70,6 +78,9 @@ impl SceneObject {
         finite(&self.rotation_deg, &format!("{pointer}/rotation_deg"))?;
         let in_range = self.scale > 0.0 && self.scale <= SCALE_MAX;
         require(in_range, &format!("{pointer}/scale"), "must be above 0 and at most 1000")?;
+        if let Some(map) = &self.normal_map {
+            map.validate(&format!("{pointer}/normal_map"))?;
+        }
         check_material(self.material.as_deref(), pointer)
     }
 }
@@ -80,6 +91,9 @@ impl Ground {
             finite(&[height], "/ground/height")?;
             let reason = "must be within 1,000,000 of the origin";
             require(height.abs() <= POSITION_MAX, "/ground/height", reason)?;
+        }
+        if let Some(map) = &self.normal_map {
+            map.validate("/ground/normal_map")?;
         }
         check_material(self.material.as_deref(), "/ground")
     }

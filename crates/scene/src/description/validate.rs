@@ -45,7 +45,12 @@ impl Scene {
             require(ev.abs() <= EV_MAX, "/film/exposure", "must be within 64 EV of 0")?;
         }
         finite(&[self.light_deg], "/light_deg")?;
-        self.backdrop.map_or(Ok(()), |backdrop| backdrop.validate(self.has_environment()))?;
+        if let Some(backdrop) = &self.backdrop {
+            backdrop.validate(self.has_environment())?;
+        }
+        if let Some(map) = &self.normal_map {
+            map.validate("/normal_map")?;
+        }
         require(self.objects.len() <= OBJECTS_MAX, "/objects", "must be at most 8")?;
         for (index, object) in self.objects.iter().enumerate() {
             object.validate(&format!("/objects/{index}"), self.ground.is_some())?;

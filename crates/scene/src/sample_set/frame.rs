@@ -23,6 +23,8 @@ pub(super) struct ShadedPoint {
     /// Shading frame, its normal on the side that faces the eye.
     pub frame: LocalFrame,
     side: Side,
+    /// Normal of the mesh, on the side of the eye, if a normal map has replaced it.
+    replaced: Option<DVec3>,
     /// True if the shading normal faces away from the eye although the triangle does not.
     faces_away: bool,
 }
@@ -63,8 +65,37 @@ impl ShadedPoint {
             wo: above_horizon(wo),
             frame,
             side,
+            replaced: None,
             faces_away: wo.z <= 0.0,
         }
+    }
+
+    /// Returns the normal of the mesh on the side of the eye, whatever the normal map.
+    pub fn mesh_normal(&self) -> DVec3 {
+        self.replaced.unwrap_or(self.frame.n())
+    }
+
+    /// Returns the shading normal on the outside of the mesh.
+    pub fn outwards(&self) -> DVec3 {
+        self.frame.n() * self.side.sign
+    }
+
+    /// Returns the point with another shading normal on the outside of the mesh, and the tangent
+    /// turned with it.
+    pub fn with_outwards(&self, n: DVec3, eye: DVec3) -> Self {
+        let n = n * self.side.sign;
+        let u = self.frame.u() - n * self.frame.u().dot(n);
+        let u = if u.length() > MIN_LENGTH { u.normalize() } else { fixed_tangent(n) };
+        let frame = LocalFrame::new(n, u);
+        let wo = frame.local(eye);
+        let replaced = Some(self.frame.n());
+        Self { wo: above_horizon(wo), frame, replaced, faces_away: wo.z <= 0.0, ..*self }
+    }
+
+    /// False for directions below a surface whose normal a normal map has replaced: no light comes
+    /// from there.
+    pub fn is_above(&self, towards: DVec3) -> bool {
+        self.replaced.is_none_or(|n| n.dot(towards) > 0.0)
     }
 
     /// False if plain normals are used and the shading normal faces away from the eye: such points

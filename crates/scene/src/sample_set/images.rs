@@ -5,7 +5,7 @@ use glam::Vec2;
 use rayon::prelude::*;
 
 use super::SampleSet;
-use crate::control_image::ControlImage;
+use brood_light::ImagePyramid;
 
 impl SampleSet {
     /// Returns a copy of a set of points with the colours of control images at the texture
@@ -15,7 +15,7 @@ impl SampleSet {
     /// # Panics
     /// If a number is not one of [`Input::IMAGES`].
     #[must_use]
-    pub fn with_images(&self, images: &[(usize, &ControlImage)]) -> Self {
+    pub fn with_images(&self, images: &[(usize, &ImagePyramid)]) -> Self {
         let columns = images.iter().flat_map(|(number, image)| {
             let color = |index: usize| {
                 let footprint = self.footprints.get(index).copied().unwrap_or_default();
@@ -47,11 +47,11 @@ mod tests {
     }
 
     /// Red rises with u, green with v.
-    fn ramp(side: u32) -> ControlImage {
+    fn ramp(side: u32) -> ImagePyramid {
         let code = |at: u32| (255 * at / (side - 1)) as u8;
         let pixel = |at: u32| [code(at % side), code(side - 1 - at / side), 0, 255];
         let rgba: Vec<u8> = (0..side * side).flat_map(pixel).collect();
-        ControlImage::new(side, side, &rgba)
+        ImagePyramid::new(side, side, &rgba)
     }
 
     #[test]

@@ -9,7 +9,6 @@ use brood_light::{LightSampler, Receiver};
 use brood_mesh::trace::{Hit, Ray, Stack};
 use glam::{DVec2, DVec3};
 
-use super::frame::ShadedPoint;
 use super::paint_point::PaintPoint;
 use super::point::{CameraRay, PixelFeatures, SampleBuffer, Surface, SurfacePoint};
 use super::seen_point::{Footprint, SeenPoint};
@@ -63,11 +62,11 @@ impl Surface<'_> {
         point: &mut SurfacePoint,
     ) {
         let CameraRay { ray, seed } = camera_ray;
-        let shaded = ShadedPoint::new(self.parts, hit, -ray.direction, self.tangents);
+        let shaded = self.shaded(hit, -ray.direction);
         let position = self.in_unit_frame(shaded.position);
         let neighbours = next.0.map(|ray| {
             let hit = self.hit_on_plane(hit.triangle, &ray)?;
-            let shaded = ShadedPoint::new(self.parts, &hit, -ray.direction, self.tangents);
+            let shaded = self.shaded(&hit, -ray.direction);
             let at = (shaded.frame.n(), ray, self.in_unit_frame(shaded.position));
             Some((at, shaded.uv))
         });
@@ -149,7 +148,8 @@ impl Surface<'_> {
             covered: true,
             lights: occluded,
             fading,
-            n: n.as_vec3(),
+            n: shaded.mesh_normal().as_vec3(),
+            shading_n: n.as_vec3(),
             position: position.as_vec3(),
             shade: 0.0,
         };

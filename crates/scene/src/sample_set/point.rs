@@ -9,6 +9,7 @@ use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
 
 use super::frame::{ShadedPoint, above_horizon};
+use super::normal_map::MappedNormals;
 use super::paint_point::PaintPoint;
 use super::values::round_to_f32;
 use crate::description::{Normals, Scene, Tangents};
@@ -24,6 +25,8 @@ pub(super) struct Surface<'a> {
     obstacles: Option<Obstacles<'a>>,
     normals: Normals,
     pub(super) tangents: Tangents,
+    /// Normal map of the mesh.
+    pub(super) mapped: Option<MappedNormals<'a>>,
     /// Reciprocal of the sum of the lights' reference irradiance, so that `shade` is at most about
     /// 1; 0 if that sum is 0 or infinite.
     shade_scale: f64,
@@ -79,8 +82,10 @@ pub(super) struct PixelFeatures {
     pub lights: u32,
     /// Lights in a gradual transition to dark (penumbra, fall-off of a spot), one bit each.
     pub fading: u32,
-    /// Normal, in the unit frame.
+    /// Normal of the mesh, in the unit frame. A normal map makes no edges.
     pub n: Vec3,
+    /// Shading normal, in the unit frame.
+    pub shading_n: Vec3,
     /// Position, in the unit frame.
     pub position: Vec3,
     /// Sum of irradiance times cosine over all lights, relative to the reference irradiance.
@@ -120,6 +125,7 @@ impl<'a> Surface<'a> {
             obstacles: scene.shadows.then(|| stage.obstacles()),
             normals: scene.normals,
             tangents: scene.tangents,
+            mapped: None,
             shade_scale: 0.0,
             subject: stage.subject(),
         };
@@ -151,7 +157,7 @@ impl<'a> Surface<'a> {
         point: &mut SurfacePoint,
     ) {
         let CameraRay { ray, seed } = camera_ray;
-        let shaded = ShadedPoint::new(self.parts, hit, -ray.direction, self.tangents);
+        let shaded = self.shaded(hit, -ray.direction);
         let position = self.in_unit_frame(shaded.position);
         let start = self.shadow_start(&shaded, hit);
         let SurfacePoint { lit, skipped, shadowed, .. } = point;
@@ -170,7 +176,7 @@ impl<'a> Surface<'a> {
             light.for_each_sample(&receiver, |sample, light_sample| {
                 let wi = shaded.frame.local(light_sample.towards);
                 // NaN, possible for extreme lights, is treated as unlit.
-                if wi.z > 0.0 {
+                if wi.z > 0.0 && shaded.is_above(light_sample.towards) {
                     let mut passed = 1.0;
                     if let Some((obstacles, start)) = start.filter(|_| light.casts_shadows) {
                         let ray = Ray { origin: start, direction: light_sample.towards };
@@ -213,7 +219,8 @@ impl<'a> Surface<'a> {
             covered: true,
             lights: mask,
             fading,
-            n: shaded.frame.n().as_vec3(),
+            n: shaded.mesh_normal().as_vec3(),
+            shading_n: shaded.frame.n().as_vec3(),
             position: position.as_vec3(),
             shade: round_to_f32(shade * self.shade_scale),
         };
@@ -222,6 +229,15 @@ impl<'a> Surface<'a> {
     /// Returns a position of the unit frame relative to the subject's centre, in its radii.
     pub(super) fn relative_to_subject(&self, position: DVec3) -> DVec3 {
         (position - self.subject.0) * self.subject.1
+    }
+
+    /// Returns a hit with its shading frame, seen from the unit direction `eye`.
+    pub(super) fn shaded(&self, hit: &Hit, eye: DVec3) -> ShadedPoint {
+        let shaded = ShadedPoint::new(self.parts, hit, eye, self.tangents);
+        match &self.mapped {
+            Some(mapped) => mapped.apply(shaded, hit, eye),
+            None => shaded,
+        }
     }
 
     /// True if there are shadows.

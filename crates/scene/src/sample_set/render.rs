@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::cluster::Groups;
 use super::fixed::{Row, fixed_pixel, fixed_row};
 use super::layout::{ImageLayout, PixelRun, SampleCounts};
+use super::normal_map::MappedNormals;
 use super::paint::push_groups;
 use super::paint_point::{PaintPoint, columns};
 use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
@@ -255,11 +256,15 @@ pub(super) fn pixel_sampler<'a>(
 ) -> PixelSampler<'a> {
     let frame = stage.frame(scene);
     let lights = LightSampler::all(&scene.lights, scene.light_deg, assets, &frame);
+    let view = View::new(&scene.camera, &frame, size_px);
+    let mut surface = Surface::new(stage, lights, scene);
+    let map = scene.normal_map_of(stage.part());
+    surface.mapped = MappedNormals::new(map, (stage.mesh(), assets), (view, size_px));
     PixelSampler {
-        view: View::new(&scene.camera, &frame, size_px),
+        view,
         tracer: stage.mesh().tracer(),
         others: stage.others(),
-        surface: Surface::new(stage, lights, scene),
+        surface,
         size_px,
         keeps_points: false,
         environments: None,
@@ -371,12 +376,12 @@ fn classify(rows: [&[PixelFeatures]; 3], x: usize) -> PixelClass {
     if error > CURVED_THRESHOLD { PixelClass::Curved } else { PixelClass::Smooth }
 }
 
-/// Returns the angle between the normals at opposite edges of the pixel at column `x` of the middle
+/// Returns the angle between the shading normals at opposite edges of the pixel at column `x` of the middle
 /// row, in radians: the root of the mean square of both axes.
 fn normal_spread(rows: [&[PixelFeatures]; 3], x: usize) -> f64 {
-    let own = rows[1][x].n;
+    let own = rows[1][x].shading_n;
     let columns = [x.saturating_sub(1), (x + 1).min(rows[1].len() - 1)];
-    let step = |neighbour: &PixelFeatures| f64::from((neighbour.n - own).length());
+    let step = |neighbour: &PixelFeatures| f64::from((neighbour.shading_n - own).length());
     let across = step(&rows[1][columns[0]]).max(step(&rows[1][columns[1]]));
     let down = step(&rows[0][x]).max(step(&rows[2][x]));
     (0.5 * (across * across + down * down)).sqrt()

@@ -102,6 +102,18 @@ impl View {
         (depth > 1e-6).then(|| at / depth)
     }
 
+    /// Returns where a ray reaches the plane at a distance behind a centre that is at a right angle
+    /// to the view, projected as by [`View::project`]. Rays towards the eye are mirrored in the
+    /// plane; rays that start behind it are there already.
+    pub fn on_plane_behind(&self, (centre, distance): (DVec3, f64), ray: Ray) -> DVec2 {
+        let along = ray.direction.dot(self.forward);
+        let direction = ray.direction - self.forward * (along - along.abs());
+        let gap = distance - (ray.origin - centre).dot(self.forward);
+        // A level ray ends far aside.
+        let length = (gap.max(0.0) / along.abs().max(1e-9)).min(1e9);
+        self.project(ray.origin + direction * length).unwrap_or_default()
+    }
+
     /// Returns the angle of a pixel in radians, and its width at a position.
     pub fn pixel_width(&self, size_px: PictureSize, position: DVec3) -> (f64, f64) {
         let at_one = 2.0 * self.right.length() / f64::from(size_px.height);

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use brood_light::{AssetRef, Light};
+use brood_light::AssetRef;
 use brood_mesh::Mesh;
 use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, ViewSpec};
 use brood_scene::{ClipFrom, PixelArea, Sampling, Scene};
@@ -18,9 +18,9 @@ use serde_json::Value;
 
 use super::read::{ParsedTarget, READ_PERMITS, REASON_CHARS, clean, read_blocking};
 use crate::extract::{Parts, parse_value};
-use crate::lighting;
 use crate::limit;
 use crate::problem::{ApiError, quote};
+use crate::scene_asset;
 use crate::state::App;
 
 /// Uploads with more samples than this are read one at a time.
@@ -192,8 +192,12 @@ async fn scene(app: &App, one: &RequestedView) -> Result<Scene, ApiError> {
                 "/objects"
             }));
         }
+        if scene.normal_map.is_some() {
+            let words = "a target shows an object without a normal map";
+            return Err(ApiError::refused(words).at("/normal_map"));
+        }
         app.library.mesh(&scene).await?;
-        lighting::check(&app.store, &scene).await
+        scene_asset::check(&app.store, &scene).await
     };
     checked.await.map_err(|error: ApiError| error.inside(&prefix))?;
     Ok(scene)
@@ -219,10 +223,10 @@ async fn take_profiles(
     scene: &Scene,
     profiles: &mut BTreeMap<String, Vec<u8>>,
 ) -> Result<(), ApiError> {
-    for asset in scene.lights.iter().filter_map(Light::asset) {
+    for (asset, _) in scene.assets() {
         let AssetRef::Profile(name) = asset else { continue };
         if let Entry::Vacant(place) = profiles.entry(name.to_owned()) {
-            place.insert(lighting::file(&app.store, name).await?);
+            place.insert(scene_asset::file(&app.store, name).await?);
         }
     }
     Ok(())

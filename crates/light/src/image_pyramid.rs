@@ -1,4 +1,4 @@
-//! Control images of painted materials: repeated over texture positions, filtered by footprint.
+//! Images that scenes and painted materials name, filtered by footprint.
 
 use std::ops::Range;
 
@@ -10,8 +10,18 @@ const TAPS_MAX: f64 = 16.0;
 /// Image pyramid: each level has half the width and height of the level before, down to one pixel.
 /// Pixels are display values times opacity, and are averaged in these values.
 #[derive(Debug)]
-pub struct ControlImage {
+pub struct ImagePyramid {
     levels: Vec<Level>,
+    hash: blake3::Hash,
+}
+
+/// Colours beyond the sides of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Beyond {
+    /// The image again.
+    Repeated,
+    /// The nearest pixel.
+    Nearest,
 }
 
 #[derive(Debug)]
@@ -21,7 +31,7 @@ struct Level {
     pixels: Vec<[u8; 4]>,
 }
 
-impl ControlImage {
+impl ImagePyramid {
     /// Creates an image from codes of red, green, blue and opacity, rows from the top.
     ///
     /// # Panics
@@ -48,7 +58,16 @@ impl ControlImage {
             levels.push(level(size, smaller.iter().copied().map(codes).collect()));
             values = Some(smaller);
         }
-        Self { levels }
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&width.to_le_bytes()).update(&height.to_le_bytes());
+        hasher.update(levels[0].pixels.as_flattened());
+        Self { levels, hash: hasher.finalize() }
+    }
+
+    /// Hash of the size and the pixels.
+    #[must_use]
+    pub fn content_hash(&self) -> blake3::Hash {
+        self.hash
     }
 
     /// Width and height in pixels.
@@ -75,6 +94,16 @@ impl ControlImage {
     /// Display values from 0 to 1.
     #[must_use]
     pub fn color(&self, uv: DVec2, footprint: [DVec2; 2]) -> [f32; 4] {
+        self.mean(uv, footprint, Beyond::Repeated)
+    }
+
+    /// As [`ImagePyramid::color`], but the colours beyond the image are those of its nearest pixel.
+    #[must_use]
+    pub fn color_within(&self, uv: DVec2, footprint: [DVec2; 2]) -> [f32; 4] {
+        self.mean(uv, footprint, Beyond::Nearest)
+    }
+
+    fn mean(&self, uv: DVec2, footprint: [DVec2; 2], beyond: Beyond) -> [f32; 4] {
         let (width, height) = self.size();
         let size = DVec2::new(f64::from(width), f64::from(height));
         let lengths = footprint.map(|side| (side * size).length());
@@ -88,34 +117,42 @@ impl ControlImage {
         let mut sum = [0.0; 4];
         for tap in 0..taps as u32 {
             let along = (f64::from(tap) + 0.5) / taps - 0.5;
-            let color = self.trilinear(uv + side * along, level);
+            let color = self.trilinear(uv + side * along, level, beyond);
             sum = std::array::from_fn(|channel| sum[channel] + color[channel]);
         }
         sum.map(|channel| (channel / (255.0 * taps)) as f32)
     }
 
     /// Interpolates between the two levels around `level`: 0 is the whole image.
-    fn trilinear(&self, uv: DVec2, level: f64) -> [f64; 4] {
+    fn trilinear(&self, uv: DVec2, level: f64, beyond: Beyond) -> [f64; 4] {
         let last = self.levels.len() - 1;
         let finer = (level as usize).min(last);
         let share = (level - finer as f64).clamp(0.0, 1.0);
-        let a = self.levels[finer].bilinear(uv);
+        let a = self.levels[finer].bilinear(uv, beyond);
         if share == 0.0 || finer == last {
             return a;
         }
-        let b = self.levels[finer + 1].bilinear(uv);
+        let b = self.levels[finer + 1].bilinear(uv, beyond);
         std::array::from_fn(|channel| a[channel] + share * (b[channel] - a[channel]))
     }
 }
 
 impl Level {
-    /// Interpolates between the middles of pixels. Opposite sides are neighbours.
-    fn bilinear(&self, uv: DVec2) -> [f64; 4] {
+    /// Interpolates between the middles of pixels. Opposite sides of repeated images are
+    /// neighbours.
+    fn bilinear(&self, uv: DVec2, beyond: Beyond) -> [f64; 4] {
         let place = |at: f64, count: u32| {
-            let at = (at - at.floor()) * f64::from(count) - 0.5;
+            let at = match beyond {
+                Beyond::Repeated => at - at.floor(),
+                Beyond::Nearest => at.clamp(0.0, 1.0),
+            };
+            let at = at * f64::from(count) - 0.5;
             let first = at.floor();
-            let wrapped = |index: f64| index.rem_euclid(f64::from(count)) as usize;
-            ([wrapped(first), wrapped(first + 1.0)], at - first)
+            let index = |index: f64| match beyond {
+                Beyond::Repeated => index.rem_euclid(f64::from(count)) as usize,
+                Beyond::Nearest => index.clamp(0.0, f64::from(count - 1)) as usize,
+            };
+            ([index(first), index(first + 1.0)], at - first)
         };
         let (columns, x) = place(uv.x, self.width);
         let (rows, y) = place(1.0 - uv.y, self.height);
@@ -178,11 +215,11 @@ fn covered(index: u32, count: u32, half: u32) -> Vec<(usize, f32)> {
 mod tests {
     use super::*;
 
-    fn checkers(side: u32) -> ControlImage {
+    fn checkers(side: u32) -> ImagePyramid {
         let code = |at: u32| 255 * ((at % side + at / side) % 2) as u8;
         let pixel = |at: u32| [code(at), code(at), code(at), 255];
         let rgba: Vec<u8> = (0..side * side).flat_map(pixel).collect();
-        ControlImage::new(side, side, &rgba)
+        ImagePyramid::new(side, side, &rgba)
     }
 
     const NONE: [DVec2; 2] = [DVec2::ZERO; 2];
@@ -190,13 +227,18 @@ mod tests {
     #[test]
     fn middles_of_pixels_are_exact_and_the_first_row_is_on_top() {
         let rgba = [10, 20, 30, 255, 40, 50, 60, 255, 70, 80, 90, 255, 100, 110, 120, 255];
-        let image = ControlImage::new(2, 2, &rgba);
+        let image = ImagePyramid::new(2, 2, &rgba);
         let codes = |u, v| image.color(DVec2::new(u, v), NONE).map(|c| (c * 255.0).round() as u8);
         assert_eq!(codes(0.25, 0.75), [10, 20, 30, 255]);
         assert_eq!(codes(0.75, 0.75), [40, 50, 60, 255]);
         assert_eq!(codes(0.25, 0.25), [70, 80, 90, 255]);
         assert_eq!(codes(1.75, -2.75), codes(0.75, 0.25));
         assert_eq!(codes(0.0, 0.75), [25, 35, 45, 255], "opposite sides are neighbours");
+        let within =
+            |u, v| image.color_within(DVec2::new(u, v), NONE).map(|c| (c * 255.0).round() as u8);
+        assert_eq!(within(0.25, 0.75), [10, 20, 30, 255]);
+        assert_eq!(within(0.0, 1.0), [10, 20, 30, 255]);
+        assert_eq!(within(7.0, -3.0), [100, 110, 120, 255], "the nearest pixel");
     }
 
     #[test]
@@ -211,7 +253,7 @@ mod tests {
         // A long footprint across stripes is their mean; along a stripe, its colour.
         let rgba: Vec<u8> =
             (0..64 * 64).flat_map(|at| [255 * (at % 64 / 8 % 2) as u8, 0, 0, 255]).collect();
-        let stripes = ControlImage::new(64, 64, &rgba);
+        let stripes = ImagePyramid::new(64, 64, &rgba);
         let middle = DVec2::new(12.0 / 64.0, 0.5);
         let narrow = 1.0 / 64.0;
         let across = stripes.color(middle, [DVec2::new(0.5, 0.0), DVec2::new(0.0, narrow)]);
@@ -223,7 +265,7 @@ mod tests {
     #[test]
     fn transparent_pixels_have_no_colour() {
         let rgba = [255, 0, 0, 255, 0, 255, 0, 0];
-        let image = ControlImage::new(2, 1, &rgba);
+        let image = ImagePyramid::new(2, 1, &rgba);
         let middle = image.color(DVec2::new(0.5, 0.5), NONE);
         assert!(middle[1] == 0.0 && (middle[0] - 0.5).abs() < 1e-6, "{middle:?}");
         assert!((middle[3] - 0.5).abs() < 1e-6);

@@ -1,11 +1,11 @@
-//! Files of lights: checked when a scene is stored, loaded when this process renders a scene.
+//! Files that scenes name: checked when a scene is stored, loaded when this process renders one.
 //!
-//! A light names a file by its hash, so a name always means the same bytes.
+//! Scenes name files by their hashes, so a name always means the same bytes.
 
 use std::sync::Arc;
 
-use brood_eval::decode_environment;
-use brood_light::{AssetRef, BuiltinEnvironment, EnvironmentMap, IesProfile, Light, LightAssets};
+use brood_eval::{decode_environment, decode_image};
+use brood_light::{AssetRef, BuiltinEnvironment, EnvironmentMap, IesProfile, LightAssets};
 use brood_protocol::LightAssetKind;
 use brood_scene::Scene;
 use brood_storage::{StorageError, Store};
@@ -14,11 +14,13 @@ use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::processors::run_blocking;
 
-/// Checks that a scene's lights refer to existing files and take at most [`limit::LIGHT_SAMPLES`]
-/// samples per point.
+const NOT_A_HASH: &str = "the name of a scene's file must be a hash";
+
+/// Checks that a scene refers to existing files, and that its lights take at most
+/// [`limit::LIGHT_SAMPLES`] samples per point.
 ///
 /// # Errors
-/// 404 or 422 with a pointer to the light.
+/// 404 or 422 with a pointer to the name of the file or to the lights.
 pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
     let samples = scene.light_samples();
     if samples > limit::LIGHT_SAMPLES {
@@ -28,10 +30,8 @@ pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
         );
         return Err(ApiError::refused(words).at("/lights"));
     }
-    for (index, light) in scene.lights.iter().enumerate() {
-        let Some(asset) = light.asset() else { continue };
-        let (field, name, expected) = parts(asset);
-        let pointer = format!("/lights/{index}/{field}");
+    for (asset, pointer) in scene.assets() {
+        let (name, expected) = parts(asset);
         let found = match hash(name) {
             Some(hash) => store.light_asset_kind(hash).await,
             None => Err(StorageError::NotFound),
@@ -64,16 +64,15 @@ pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
     Ok(())
 }
 
-/// Loads the files of a checked scene's lights.
+/// Loads the files that a checked scene names.
 ///
 /// # Errors
 /// 500 if a file is missing or cannot be parsed.
 pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError> {
     let mut assets = LightAssets::default();
-    for asset in scene.lights.iter().filter_map(Light::asset) {
-        let (_, name, _) = parts(asset);
-        let hash =
-            hash(name).ok_or_else(|| ApiError::internal("a light's file name must be a hash"))?;
+    for (asset, _) in scene.assets() {
+        let (name, _) = parts(asset);
+        let hash = hash(name).ok_or_else(|| ApiError::internal(NOT_A_HASH))?;
         let (kind, bytes) = store.light_asset(hash).await?;
         let damaged = |error: String| {
             ApiError::internal(format!("a stored {} cannot be read: {error}", kind.name()))
@@ -89,7 +88,9 @@ pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError>
                 assets.insert_environment(name, Arc::new(read));
             }
             LightAssetKind::Image => {
-                return Err(ApiError::internal("a light's file must not be a control image"));
+                let read = run_blocking(move || decode_image(&bytes)).await?;
+                let read = read.map_err(|error| damaged(error.to_string()))?;
+                assets.insert_image(name, Arc::new(read));
             }
         }
     }
@@ -116,25 +117,25 @@ pub async fn environment(store: &Store, id: &str) -> Result<Arc<EnvironmentMap>,
 /// # Errors
 /// [`ApiError`] if it does not exist.
 pub async fn file(store: &Store, name: &str) -> Result<Vec<u8>, ApiError> {
-    let hash =
-        hash(name).ok_or_else(|| ApiError::internal("a light's file name must be a hash"))?;
+    let hash = hash(name).ok_or_else(|| ApiError::internal(NOT_A_HASH))?;
     Ok(store.light_asset(hash).await?.1)
 }
 
-/// Returns the hashes of the files of a scene's lights, each once.
+/// Returns the hashes of the files that a scene names, each once.
 pub fn files(scene: &Scene) -> Vec<[u8; 32]> {
     let mut hashes: Vec<[u8; 32]> =
-        scene.lights.iter().filter_map(|light| hash(parts(light.asset()?).1)).collect();
+        scene.assets().filter_map(|(asset, _)| hash(parts(asset).0)).collect();
     hashes.sort_unstable();
     hashes.dedup();
     hashes
 }
 
-/// Returns an asset's field name, file name and kind.
-fn parts(asset: AssetRef<'_>) -> (&'static str, &str, LightAssetKind) {
+/// Returns the file name and the kind of an asset.
+fn parts(asset: AssetRef<'_>) -> (&str, LightAssetKind) {
     match asset {
-        AssetRef::Profile(name) => ("profile", name, LightAssetKind::Profile),
-        AssetRef::Environment(name) => ("image", name, LightAssetKind::Environment),
+        AssetRef::Profile(name) => (name, LightAssetKind::Profile),
+        AssetRef::Environment(name) => (name, LightAssetKind::Environment),
+        AssetRef::Image(name) => (name, LightAssetKind::Image),
     }
 }
 
