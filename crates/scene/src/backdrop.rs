@@ -1,4 +1,4 @@
-//! What pictures show behind the object: the radiance of environments, or an image.
+//! Backdrops behind the object: the radiance of environments, or an image.
 
 use std::f64::consts::PI;
 

@@ -376,8 +376,8 @@ fn classify(rows: [&[PixelFeatures]; 3], x: usize) -> PixelClass {
     if error > CURVED_THRESHOLD { PixelClass::Curved } else { PixelClass::Smooth }
 }
 
-/// Returns the angle between the shading normals at opposite edges of the pixel at column `x` of the middle
-/// row, in radians: the root of the mean square of both axes.
+/// Returns the angle between the shading normals at opposite edges of the pixel at column `x` of
+/// the middle row, in radians: the root of the mean square of both axes.
 fn normal_spread(rows: [&[PixelFeatures]; 3], x: usize) -> f64 {
     let own = rows[1][x].shading_n;
     let columns = [x.saturating_sub(1), (x + 1).min(rows[1].len() - 1)];
