@@ -60,15 +60,21 @@
  *   number|null, falloff_deg?: number|null}} Light
  *   One of the API's lights, with the fields that the page uses; others are sent back unchanged.
  *
- * @typedef {{kind: "environment", blur_deg: number}|{kind: "color", color: Vec3}} Backdrop
+ * @typedef {{kind: "environment", blur_deg: number}|{kind: "color", color: Vec3}|{kind: "image",
+ *   image: string}} Backdrop
+ *
+ * @typedef {{image: string, strength?: number, repeat?: number}} NormalMap
  *
  * @typedef {Omit<Partial<api.SceneAnswer>,
- *   "camera"|"lights"|"rotation_deg"|"backdrop"|"objects"|"ground"> & {mesh: string, rotation_deg:
- *   Vec3, scale: number, camera: Camera, film: Film, lights?: Light[], backdrop?: Backdrop|null,
- *   objects?: SceneObject[], ground?: {material?: string|null, height?: number|null}|null}} Scene
+ *   "camera"|"lights"|"rotation_deg"|"backdrop"|"objects"|"ground"|"normal_map"> & {mesh: string,
+ *   rotation_deg: Vec3, scale: number, camera: Camera, film: Film, lights?: Light[], backdrop?:
+ *   Backdrop|null, objects?: SceneObject[], ground?: Ground|null, normal_map?: NormalMap|null}}
+ *   Scene
  *
  * @typedef {{mesh?: string, position?: Vec3, stands?: boolean, rotation_deg?: Vec3, scale?: number,
- *   material?: string|null}} SceneObject
+ *   material?: string|null, normal_map?: NormalMap|null}} SceneObject
+ *
+ * @typedef {{material?: string|null, height?: number|null, normal_map?: NormalMap|null}} Ground
  *
  * @typedef {api.MeshAnswer} MeshAnswer
  *
@@ -146,9 +152,9 @@
  *   An edited genome that is not stored; `of`: the individual that was edited.
  *
  * @typedef {"stage"|"mutation"|"recombination"|"saturation"|"energy_limit"|"steer"|"painting"|
- *   "image"|"locks"|"object"|"light"|"surroundings"|"film"|"lineages"|"favourites"|"presets"|
- *   "centre"|"edit"|"compare"|"comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|
- *   "job"|"found"} Place
+ *   "image"|"locks"|"object"|"light"|"backdrop"|"surroundings"|"normalMap"|"neighbourNormalMap"|
+ *   "groundNormalMap"|"film"|"lineages"|"favourites"|"presets"|"centre"|"edit"|"compare"|
+ *   "comparison"|"inspector"|"activeTarget"|"searches"|"target"|"search"|"job"|"found"} Place
  *   Place on the page where a problem is shown.
  *
  * @typedef {{problem: Problem, retry?: () => void, isRead?: boolean}} ShownProblem

@@ -26,6 +26,7 @@ import { painted } from "./painted.mjs";
 import { painter } from "./painter.mjs";
 import { paintedLive } from "./painted_live.mjs";
 import { photo, photoByFinger } from "./photo.mjs";
+import { sceneImages, sceneImagesByFinger, sceneImagesLive } from "./scene_images.mjs";
 import { search, searchByFinger } from "./search.mjs";
 import { binary, startServer } from "./server.mjs";
 import { shadowsLive } from "./shadows.mjs";
@@ -268,6 +269,7 @@ async function coming(app) {
   await models(app, step, shot, binary);
   await painted(app, step, shot);
   await surroundings(app, step, shot);
+  await sceneImages(app, step, shot);
   await edited(app, step, shot);
   await painter(app, step, shot);
 }
@@ -302,6 +304,7 @@ async function drawn(app, base) {
   const shot = shotOf(app);
   await live(app, step, shot, base);
   await surrounded(app, step, shot, base);
+  await sceneImagesLive(app, step, shot, base);
   await shadowsLive(app, step, shot, base);
   await paintedLive(app, step, shot, base);
   await neighboursLive(app, step, shot, base);
@@ -334,6 +337,7 @@ async function narrow(app, base) {
   await targetByFinger(app, step, shotOf(app), base);
   await photoByFinger(app, step, shotOf(app), base);
   await editedByFinger(app, step, shotOf(app));
+  await sceneImagesByFinger(app, step, shotOf(app));
   app.quiet();
 }
 

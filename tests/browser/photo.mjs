@@ -39,7 +39,7 @@ const CAMERA = Buffer.concat([
 ]);
 
 /** The picture as a JPEG file of a camera that was held upright. */
-async function asPhone(page, { buffer }) {
+export async function asPhone(page, { buffer }) {
   const turned = await page.evaluate(async (bytes) => {
     const bitmap = await createImageBitmap(new Blob([Uint8Array.from(bytes)]));
     const canvas = document.createElement("canvas");

@@ -1,9 +1,10 @@
 //! Golden images: `brood render` of committed genomes against committed pictures.
 //!
-//! A case is a folder with `genome.brood`, `scene.json` and `expected.png`. There is no tolerance:
-//! evaluation is bit-exact on every machine and geometry is f64 without platform functions, so any
-//! difference is a change of meaning. `cargo xtask golden --update` rewrites the pictures; every
-//! run writes a report to target/golden/.
+//! A case is a folder with `genome.brood`, `scene.json` and `expected.png`; other PNG files are
+//! images that genome and scene name. There is no tolerance: evaluation is bit-exact on every
+//! machine and geometry is f64 without platform functions, so any difference is a change of
+//! meaning. `cargo xtask golden --update` rewrites the pictures; every run writes a report to
+//! target/golden/.
 
 #![expect(
     clippy::unwrap_used,
@@ -53,6 +54,16 @@ fn folders() -> Vec<PathBuf> {
     folders
 }
 
+/// Returns the control images of a case: its PNG files but for the expected picture.
+fn images(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut images: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    images
+        .retain(|path| path.extension() == Some("png".as_ref()) && !path.ends_with("expected.png"));
+    images.sort();
+    images
+}
+
 /// Renders one case, compares or rewrites it, and writes its pictures for the report.
 fn run(folder: &Path, report: &Path, update: bool) -> Case {
     let name = folder.file_name().unwrap().to_string_lossy().into_owned();
@@ -74,7 +85,9 @@ fn run(folder: &Path, report: &Path, update: bool) -> Case {
     if actual_file.exists() {
         std::fs::remove_file(&actual_file).unwrap();
     }
-    brood(arguments).success();
+    let images = images(folder);
+    let images = images.iter().flat_map(|image| ["--image".as_ref(), image.as_os_str()]);
+    brood(arguments.into_iter().chain(images)).success();
     assert!(actual_file.is_file(), "{name}: brood render ended well and wrote nothing");
     let expected_file = folder.join("expected.png");
     if update {

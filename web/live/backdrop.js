@@ -1,20 +1,27 @@
 /**
- * Backdrop of live frames: the environments or a colour behind the object.
+ * Backdrop of live frames: the environments, a colour or a picture behind the object.
  *
  * @import { Scene } from "../model.js"
+ * @import { Picture } from "./backdrop_picture.js"
  * @import { Linked } from "./program.js"
  * @import { Spheres } from "./spheres.js"
  */
 import { FILM } from "./film.js";
 import { EVERYWHERE, linkNow, read, uniformLocation } from "./program.js";
 
+/** Kinds of backdrop in the order of their numbers in the shader. */
+const KINDS = ["color", "environment", "image"];
+/** Share of a square texture that a frame shows. @type {[number, number]} */
+const WHOLE = [1, 1];
+
 const BACKDROP = `#version 300 es
 precision highp float;
 precision highp sampler2D;
 uniform sampler2D backdrop;
-uniform bool lit;
+uniform int kind;
 uniform vec3 plain;
 uniform float gain;
+uniform vec2 cover;
 uniform vec2 corner;
 uniform float side;
 out vec4 color;
@@ -22,8 +29,9 @@ ${FILM}
 void main() {
   vec2 at = (gl_FragCoord.xy - corner) / side;
   // The first row is the top.
-  vec3 radiance = texture(backdrop, vec2(at.x, 1.0 - at.y)).rgb;
-  color = vec4(lit ? srgb(toned(radiance * gain)) : plain, 1.0);
+  vec4 texel = texture(backdrop, 0.5 + cover * (vec2(at.x, 1.0 - at.y) - 0.5));
+  vec3 code = kind == 0 ? plain : srgb(toned(texel.rgb * gain));
+  color = kind == 2 ? texel : vec4(code, 1.0);
 }`;
 
 /** @param {WebGL2RenderingContext} gl */
@@ -34,15 +42,21 @@ export const linkBackdrop = (gl) => linkNow(gl, EVERYWHERE, BACKDROP);
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} pen
  * @param {Scene} scene
- * @param {Spheres|null} spheres of the material, with the environments behind it
+ * @param {{spheres: Spheres|null, picture: Picture|null}} from `spheres`: of the material, with
+ *   the environments behind it; `picture`: of the scene
  * @param {{corner: [number, number], side: number, gain: number, tone: number}} where as those of
  *   the material
  */
-export function drawBackdrop(gl, pen, { backdrop }, spheres, { corner, side, gain, tone }) {
-  const lit = backdrop?.kind === "environment" ? (spheres?.backdrop ?? null) : null;
-  if (!backdrop || (backdrop.kind === "environment" && !lit)) return;
-  read(gl, pen, lit ? { backdrop: lit.texture } : {});
-  gl.uniform1i(uniformLocation(gl, pen, "lit"), lit ? 1 : 0);
+export function drawBackdrop(gl, pen, { backdrop }, { spheres, picture }, where) {
+  const { corner, side, gain, tone } = where;
+  if (!backdrop) return;
+  const lit = backdrop.kind === "environment" ? (spheres?.backdrop ?? null) : null;
+  const seen = backdrop.kind === "image" ? picture : null;
+  const shown = lit ?? seen;
+  if (backdrop.kind !== "color" && !shown) return;
+  read(gl, pen, shown ? { backdrop: shown.texture } : {});
+  gl.uniform1i(uniformLocation(gl, pen, "kind"), KINDS.indexOf(backdrop.kind));
+  gl.uniform2f(uniformLocation(gl, pen, "cover"), ...(seen?.cover ?? WHOLE));
   gl.uniform3fv(
     uniformLocation(gl, pen, "plain"),
     backdrop.kind === "color" ? backdrop.color : [0, 0, 0],

@@ -7,6 +7,7 @@
  * @import { Stage } from "./stage.js"
  */
 import { strengthField } from "../scene/light_color.js";
+import { hasNormalMaps } from "../scene/normal_map.js";
 import { about, axes, fromDegrees } from "../scene/rotation.js";
 
 /** Largest number of lights. */
@@ -158,13 +159,14 @@ export const materialsOf = ({ objects, ground }) =>
 
 /**
  * True if a scene can be drawn live: environments and a few point lights with an intensity or the
- * default one, curved normals, and no environment where there are shadows, other objects or a
- * ground.
+ * default one, curved normals, no normal map, and no environment where there are shadows, other
+ * objects or a ground.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
   (!(scene.shadows || hasOthers(scene)) || pointsOf(scene).length === (scene.lights ?? []).length) &&
   !(hasOthers(scene) && scene.backdrop?.kind === "environment") &&
+  !hasNormalMaps(scene) &&
   pointsOf(scene).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&
   pointsOf(scene).every(

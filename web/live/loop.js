@@ -20,6 +20,7 @@ import { pageStore } from "../page/store.js";
 import { extentOf } from "../scene/extents.js";
 import { sceneStore } from "../scene/store.js";
 import { drawBackdrop } from "./backdrop.js";
+import { BackdropPicture } from "./backdrop_picture.js";
 import {
   LIGHTS, directionSeen, hasOthers, lightsOf, materialsOf, normalizedLights, rotationOf,
   strengthOf, viewOf,
@@ -78,6 +79,7 @@ const toolBox = new ToolBox((gl, surface) => {
 });
 const means = new MeanLights(schedule);
 const draftMaterial = new DraftMaterial(schedule);
+const picture = new BackdropPicture(schedule);
 
 /** True while light or object move, so that the server's pictures do not suffice. */
 const isMoving = () =>
@@ -130,6 +132,7 @@ function dropResources() {
   painted.lose();
   cache.lose();
   draftMaterial.lose();
+  picture.lose();
   showLive(new Set());
 }
 
@@ -252,7 +255,8 @@ function frame(now) {
     return followOnServer(scene, degrees);
   const paths = partPaths(scene);
   const geometries = meshes.all(gl, paths);
-  if (!geometries || !canvas) return showLive(new Set());
+  const hasPicture = picture.prepare(gl, scene.backdrop);
+  if (!geometries || !hasPicture || !canvas) return showLive(new Set());
   // Time spent on compiling materials does not count as drawing.
   const adapts = liveStore.lightMoving.value || sceneStore.draggedPose.value !== null;
   if (!adapts || makingMaterials) resolution.pause();
@@ -440,7 +444,8 @@ function frame(now) {
       drawPainted(gl, material.linked, surface, paintOf(surface, paintLights), paintLights, corner);
     else drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
     gl.disable(gl.BLEND);
-    drawBackdrop(gl, backdrop, scene, material.spheres, { ...where, side: surface.side });
+    const behind = { spheres: material.spheres, picture: picture.held };
+    drawBackdrop(gl, backdrop, scene, behind, { ...where, side: surface.side });
   }
   const cells = new Set(materials.map(({ cell }) => cell));
   showLive(cells);

@@ -75,11 +75,20 @@ class LiveStore {
    */
   refusedMaterials = signal(new Set());
 
+  /**
+   * Ids of images that the browser cannot draw as the server does.
+   * @type {Signal<Set<string>>}
+   */
+  refusedImages = signal(new Set());
+
   /** True if the scene is one that can be drawn live. @type {Signal<boolean>} */
   sceneDrawable = computed(() => {
     const scene = sceneStore.editedScene.value;
     if (scene === null) return true;
-    const refused = materialsOf(scene).some((name) => this.refusedMaterials.value.has(name));
+    const { backdrop } = scene;
+    const refused =
+      materialsOf(scene).some((name) => this.refusedMaterials.value.has(name)) ||
+      (backdrop?.kind === "image" && this.refusedImages.value.has(backdrop.image));
     return isDrawable(scene) && !refused && this.environment.value !== null;
   });
 

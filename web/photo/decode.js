@@ -49,21 +49,47 @@ function drawn(width, height, bitmap) {
 }
 
 /**
- * Decodes a photograph. The server ignores the orientation that cameras write into a file, and
+ * Decodes a picture. The server ignores the orientation that cameras write into a file, and
  * refuses very large pictures: such files are replaced by an upright PNG that fits.
+ * @param {File} file
+ * @returns {Promise<{bitmap: ImageBitmap, file: File, shown: Blob, size: Size, focal_mm:
+ *   number|null}>} `file`, `shown`, `size`, `focal_mm`: as of decoded photographs
+ */
+async function decodeUpright(file) {
+  const exif = readExif(await file.slice(0, HEAD_BYTES).arrayBuffer());
+  const shown = await showable(file);
+  const bitmap = await createImageBitmap(shown);
+  const fit = Math.min(1, MOST_PX / Math.max(bitmap.width, bitmap.height));
+  const size = { width: Math.round(bitmap.width * fit), height: Math.round(bitmap.height * fit) };
+  const isKept = exif.orientation === 1 && fit === 1;
+  const upright = isKept ? file : await asPng(size, bitmap, file.name);
+  return { bitmap, file: upright, shown: isKept ? shown : upright, size, focal_mm: exif.focal_mm };
+}
+
+/**
+ * A picture to upload: the file, or an upright PNG in its place.
+ * @param {File} file
+ * @returns {Promise<File>}
+ */
+export async function uprightFile(file) {
+  try {
+    const { bitmap, file: upright } = await decodeUpright(file);
+    bitmap.close();
+    return upright;
+  } catch {
+    // The server's refusal says what is wrong with the file.
+    return file;
+  }
+}
+
+/**
+ * Decodes a photograph, and measures in it.
  * @param {File} file
  * @returns {Promise<Decoded>}
  */
 export async function decodePhoto(file) {
-  const exif = readExif(await file.slice(0, HEAD_BYTES).arrayBuffer());
-  const shown = await showable(file);
-  const bitmap = await createImageBitmap(shown);
+  const { bitmap, file: upright, shown, size, focal_mm } = await decodeUpright(file);
   const longer = Math.max(bitmap.width, bitmap.height);
-  const fit = Math.min(1, MOST_PX / longer);
-  const size = { width: Math.round(bitmap.width * fit), height: Math.round(bitmap.height * fit) };
-  const isKept = exif.orientation === 1 && fit === 1;
-  const upright = isKept ? file : await asPng(size, bitmap, file.name);
-  const seen = isKept ? shown : upright;
   const less = Math.min(1, MEASURED_PX / longer);
   const { width, height } = {
     width: Math.max(1, Math.round(bitmap.width * less)),
@@ -72,7 +98,7 @@ export async function decodePhoto(file) {
   const { context } = drawn(width, height, bitmap);
   const { data } = context.getImageData(0, 0, width, height);
   bitmap.close();
-  return { file: upright, shown: seen, size, codes: { width, height, data }, focal_mm: exif.focal_mm };
+  return { file: upright, shown, size, codes: { width, height, data }, focal_mm };
 }
 
 /** @param {Size} size @param {ImageBitmap} bitmap @param {string} name @returns {Promise<File>} */

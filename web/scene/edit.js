@@ -112,6 +112,15 @@ function storeConfirmed(of, scene) {
   });
 }
 
+/** Sends what was dragged. @param {Place} place */
+export function commitDragged(place) {
+  const left = sceneStore.draggedScene.value;
+  if (!left) return;
+  void changeScene(place, () => left).finally(() => {
+    if (sceneStore.draggedScene.value === left) sceneStore.draggedScene.value = null;
+  });
+}
+
 /** Sizes of a light that are given. @param {Light} light @returns {[string, number][]} */
 const sizesOf = (light) =>
   /** @type {const} */ (["radius", "width", "height"]).flatMap((field) => {

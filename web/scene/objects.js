@@ -6,7 +6,7 @@
  * @import { Spot } from "./spot.js"
  */
 import { guarded } from "../page/problem.js";
-import { changeScene } from "./edit.js";
+import { changeScene, commitDragged } from "./edit.js";
 import { extentOf } from "./extents.js";
 import { environment } from "./lights.js";
 import { placed, spotOf } from "./spot.js";
@@ -60,13 +60,7 @@ export function dragNeighbour(change) {
 }
 
 /** Sends what was dragged. */
-export function commitNeighbour() {
-  const left = sceneStore.draggedScene.value;
-  if (!left) return;
-  void changeScene("surroundings", () => left).finally(() => {
-    if (sceneStore.draggedScene.value === left) sceneStore.draggedScene.value = null;
-  });
-}
+export const commitNeighbour = () => commitDragged("surroundings");
 
 /** @param {string|undefined} material hash of a genome, or name of a preset */
 export const setNeighbourMaterial = (material) =>

@@ -26,6 +26,10 @@ class SceneStore {
   meshes = signal([]);
   /** Running uploads by the place that chose them. @type {Signal<Map<Place, Upload>>} */
   uploads = signal(new Map());
+  /**
+   * Id of the lineage whose backdrop becomes a picture once a file is chosen; empty if none does.
+   */
+  pictureAwaited = signal("");
   /** Bounding spheres read so far, by mesh. @type {Signal<Map<string, Extent>>} */
   extents = signal(new Map());
   /** Colour and strength of the light while they are dragged. @type {Signal<LightSetting|null>} */

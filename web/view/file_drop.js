@@ -6,6 +6,7 @@ import { lineageStore } from "../lineage/store.js";
 import { showProblem } from "../page/problem.js";
 import { pageStore } from "../page/store.js";
 import { uploadObj } from "../scene/edit.js";
+import { openBackdrop, openNormalMap } from "../scene/images.js";
 import { openSearches } from "../search/searches.js";
 import { NEW, searchStore } from "../search/store.js";
 import { addTargetFiles, changeView, useSceneFile } from "../search/target.js";
@@ -56,8 +57,8 @@ export async function openFiles(files) {
 }
 
 /**
- * Gives a file to the field of a picture, a painting or an image below the pointer. Returns false
- * if there is none.
+ * Gives a file to the field below the pointer: of a picture, a painting, an image, the backdrop or
+ * a normal map. Returns false if there is none.
  * @param {EventTarget|null} target
  * @param {FileList|undefined} files
  */
@@ -73,6 +74,15 @@ function openInField(target, files) {
   }
   if (field.dataset.takes === "image") {
     void openImage(files[0]);
+    return true;
+  }
+  if (field.dataset.takes === "backdrop") {
+    void openBackdrop(files[0]);
+    return true;
+  }
+  if (field.dataset.takes === "normal-map") {
+    const part = /** @type {import("../scene/normal_map.js").Part} */ (field.dataset.part);
+    void openNormalMap(part, files[0]);
     return true;
   }
   const key = Number(field.dataset.key);

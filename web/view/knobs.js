@@ -20,6 +20,7 @@ import { SurroundingsKnobs } from "./surroundings.js";
 import { Locks } from "./lineage/locks.js";
 import { Painting } from "./lineage/painting.js";
 import { Steering } from "./lineage/steer.js";
+import { NormalMap } from "./normal_map.js";
 import { ProblemBox } from "./problem.js";
 import { viewStore } from "./store.js";
 import { UploadProgress } from "./upload.js";
@@ -150,6 +151,7 @@ function ObjectChooser() {
       <${UploadProgress} id="object-sending" now=${sceneStore.uploads.value.get("object")} stop=${() => stopUpload("object")} />
       <${ProblemBox} place="object" />
       <${MeshFacts} />
+      ${sceneStore.scene.value && html`<${NormalMap} part="subject" />`}
       <${Conventions} />
     </section>
   `;

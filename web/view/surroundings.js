@@ -11,6 +11,7 @@ import { spotOf } from "../scene/spot.js";
 import { sceneStore } from "../scene/store.js";
 import { Slider, Switch } from "./control.js";
 import { html } from "./html.js";
+import { NormalMap } from "./normal_map.js";
 import { ProblemBox } from "./problem.js";
 
 /** Value of the lists without a choice. */
@@ -88,7 +89,7 @@ export function SurroundingsKnobs() {
         <${Switch} id="ground" name="ground" on=${scene?.ground ?? false} disabled=${!scene} onInput=${setGround} title="Puts the object on level ground" />
         <button type="button" data-testid="stage-light" disabled=${!scene} title="On the ground, in a studio, under a soft lamp that casts shadows" onClick=${setStage}>Studio with shadows</button>
       </div>
-      ${scene?.ground && html`<${Material} id="ground-material" name="Ground" value=${scene.ground.material ?? undefined} onInput=${setGroundMaterial} />`}
+      ${scene?.ground && html`<${Material} id="ground-material" name="Ground" value=${scene.ground.material ?? undefined} onInput=${setGroundMaterial} /><${NormalMap} part="ground" />`}
       <div class="row">
         <label for="neighbour">Other object</label>
         <select id="neighbour" data-testid="neighbour" disabled=${!scene} onChange=${choose} title="Puts another object beside the one that is bred">
@@ -98,7 +99,7 @@ export function SurroundingsKnobs() {
           ${!isKnown && html`<option value=${mesh} selected>uploaded</option>`}
         </select>
       </div>
-      ${object && html`<${Material} id="neighbour-material" name="Material" value=${object.material ?? undefined} onInput=${setNeighbourMaterial} /><${Spot} />`}
+      ${object && html`<${Material} id="neighbour-material" name="Material" value=${object.material ?? undefined} onInput=${setNeighbourMaterial} /><${NormalMap} part="neighbour" /><${Spot} />`}
       ${others.length > 0 && html`<p class="small">${others.length} more ${others.length === 1 ? "object stays" : "objects stay"} as the scene has ${others.length === 1 ? "it" : "them"}.</p>`}
       ${(scene?.ground || object) && !scene?.shadows && html`<p class="small">Switch on shadows under Light, and objects shade each other.</p>`}
       <${ProblemBox} place="surroundings" />

@@ -1,7 +1,8 @@
 //! Lights: their descriptions and JSON form, units, IES profiles, environment maps, and sampling.
 //!
-//! Main types: [`Light`] (JSON description of one light), [`LightAssets`] (IES profiles, environment
-//! maps and images by name) and [`LightSampler`] (directions and irradiances at a surface point).
+//! Main types: [`Light`] (JSON description of one light), [`LightAssets`] (IES profiles,
+//! environment maps and images by name) and [`LightSampler`] (directions and irradiances at a
+//! surface point).
 //! The crate does not depend on scenes, cameras or materials, tests no occlusion and does no I/O.
 //!
 //! ```
