@@ -57,6 +57,9 @@ pub enum LinearPictureError {
         /// Height in pixels.
         height: u32,
     },
+    /// The file ends before the picture does.
+    #[error("the picture cannot be read: the JPEG file is cut off")]
+    CutOff,
     /// The file is broken or too large.
     #[error("the picture cannot be read: {0}")]
     Image(#[from] image::ImageError),
@@ -117,12 +120,28 @@ pub fn decode_image(file: &[u8]) -> Result<ImagePyramid, LinearPictureError> {
     Ok(ImagePyramid::new(width, height, &rgba))
 }
 
-fn decode(bytes: &[u8], format: ImageFormat, side: u32) -> Result<DynamicImage, image::ImageError> {
+/// Decodes a file. The decoder fills what is missing of a JPEG file with grey, so cut files are
+/// refused here.
+fn decode(
+    bytes: &[u8],
+    format: ImageFormat,
+    side: u32,
+) -> Result<DynamicImage, LinearPictureError> {
+    if format == ImageFormat::Jpeg && !has_end(bytes) {
+        return Err(LinearPictureError::CutOff);
+    }
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(side), Some(side));
     reader.limits(limits);
-    reader.decode()
+    Ok(reader.decode()?)
+}
+
+/// True if the last scan of a JPEG file is followed by the marker of the end. Neither occurs within
+/// the data of a scan.
+fn has_end(bytes: &[u8]) -> bool {
+    let last = |marker: [u8; 2]| bytes.windows(2).rposition(|pair| pair == marker);
+    last([0xff, 0xd9]) > last([0xff, 0xda])
 }
 
 /// Reads width and height from the header, so that a large picture can be rejected without decoding
@@ -268,5 +287,21 @@ mod tests {
             let linear = decode_srgb(f64::from(value) / 255.0) as f32;
             assert_eq!(crate::encode_srgb(linear), value);
         }
+    }
+
+    #[test]
+    fn cut_files_are_refused() {
+        let pixel = |x, y| image::Rgb([(3 * x + 5 * y) as u8, (7 * y) as u8, (x * y) as u8]);
+        let picture = DynamicImage::ImageRgb8(image::RgbImage::from_fn(64, 64, pixel));
+        for format in [ImageFormat::Jpeg, ImageFormat::Png] {
+            let bytes = written(&picture, format);
+            decode_display(&bytes, 64).unwrap();
+            for kept in [bytes.len() / 2, bytes.len() - 20, 200, 30] {
+                assert!(decode_display(&bytes[..kept], 64).is_err(), "{format:?} {kept}");
+                assert!(decode_linear(&bytes[..kept], 64).is_err(), "{format:?} {kept}");
+            }
+        }
+        let error = decode_display(&written(&picture, ImageFormat::Jpeg)[..900], 64).unwrap_err();
+        assert_eq!(error.to_string(), "the picture cannot be read: the JPEG file is cut off");
     }
 }
