@@ -58,7 +58,7 @@ pub struct BenchStyleArgs {
 enum Kind {
     /// Random ones.
     Random,
-    /// Random believable BRDFs whose light decides the amount of paint (`by brdf`).
+    /// Random believable BRDFs, painted (`by brdf`).
     Toon,
     /// Random ones with images as dark and bright colour and as maps of overlays.
     Images,
@@ -297,7 +297,11 @@ impl Kind {
         let mut effects = genome.effects().to_vec();
         match self {
             Self::Random => {}
-            Self::Toon => effects = effects_of("paint-gold-toon")?,
+            Self::Toon => {
+                let paint = Preset::find("paint-cartoon").context("the preset exists")?.genome();
+                let key = BirthKey { seed: 0, slot: 0, attempt: 0 };
+                return Ok(Variation::crossover(&genome, paint, 0.5, 0.0).birth(key));
+            }
             Self::Glass => {
                 let glass = effects_of("paint-glass")?;
                 effects.extend(glass.into_iter().filter(|own| own.kind() == EffectKind::Glass));
@@ -315,7 +319,7 @@ impl Kind {
                 }
             }
         }
-        Ok(genome.with_effects(effects)?)
+        Ok(Genome::of_effects(effects)?)
     }
 }
 
