@@ -95,8 +95,18 @@ async fn toon_shapes_of_brdfs_are_bred_in_both_halves_and_not_exported() {
     assert!(text_of(&refused["detail"]).contains("`by brdf` is not exported"), "{refused}");
 
     let path = format!("{lineage}/generations");
-    let mixed = json!({"parents": [id, parent], "seed": 1});
-    server.post(&path, &mixed).await.expect(422);
+    for parents in [[&id, &parent], [&parent, &id]] {
+        let mixed = json!({"parents": parents, "count": 3, "seed": 1});
+        let mixed = server.post(&path, &mixed).await.expect(201).json();
+        for one in mixed["individuals"].as_array().unwrap() {
+            let genome = server.get(&format!("/v1/genomes/{}", text_of(&one["hash"]))).await;
+            assert_eq!(genome.expect(200).json()["effects"][0]["parameters"]["by"], "brdf");
+            server.get(&text_of(&one["thumbnail"])).await.expect(200);
+        }
+    }
+    let still = json!({"parents": [parent, toon["hash"]], "mutation": 0, "recombination": 0});
+    let refused = server.post(&path, &still).await.problem(422);
+    assert_eq!(refused["pointer"], "/recombination");
     let bred = json!({"parents": [id], "count": 4, "seed": 1, "mutation": 0.6,
         "curation": "diverse", "energy_limit": true, "locks": {"effects": ["light"]}});
     let bred = server.post(&path, &bred).await.expect(201).json();

@@ -130,8 +130,12 @@ async fn painted_lineage_draws_mutates_and_crosses_painted_materials() {
     assert_eq!(problem["pointer"], json!("/saturation"));
     let adopted = json!({"presets": ["model-gold"]});
     let adopted = server.post(&lineage.path("/adoptions"), &adopted).await.expect(201).json();
-    let mixed = json!({"parents": [ids(&first)[0], ids(&adopted)[0]]});
-    assert_eq!(server.post(&path, &mixed).await.problem(422)["pointer"], json!("/parents/1"));
+    let mixed = json!({"parents": [ids(&first)[0], ids(&adopted)[0]], "count": 2, "seed": 4});
+    let mixed = server.post(&path, &mixed).await.expect(201).json();
+    for hash in hashes(&mixed) {
+        let genome = server.get(&format!("/v1/genomes/{hash}")).await.expect(200).json();
+        assert_eq!(genome["effects"][0]["parameters"]["by"], json!("brdf"), "the BRDF is painted");
+    }
     // A saved lineage keeps its start.
     let file = server.get(&lineage.path("/file")).await.expect(200).json();
     assert_eq!(file["start"], json!("painted"));

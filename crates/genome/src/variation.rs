@@ -42,6 +42,11 @@ enum Origin<'a> {
     Recombine { first: &'a Genome, second: &'a Genome, recombination: f32, mutation: f32 },
 }
 
+/// True if one parent is a BRDF and the other paints light.
+fn is_painting(first: &Genome, second: &Genome) -> bool {
+    paint::are_mixed(first, second) && !(first.is_by_brdf() || second.is_by_brdf())
+}
+
 impl<'a> Variation<'a> {
     /// Makes random genomes: programs, or models if the dialect's length is 0.
     ///
@@ -68,11 +73,12 @@ impl<'a> Variation<'a> {
     }
 
     /// Makes crossovers of two parents: blocks of `second` in `first`, also parameters and layers
-    /// of its models; then mutates.
+    /// of its models; then mutates. Of a BRDF and a painted material, children are the BRDF painted
+    /// with the effects of the other; if that one paints a BRDF of its own, both are crossed.
     ///
     /// # Domain
     /// Amounts in 0..=1; `recombination` is the expected share of the second parent. The dialects
-    /// must be compatible, and both parents painted or neither.
+    /// must be compatible.
     ///
     /// # Panics
     /// If an amount is outside its domain or the parents do not go together.
@@ -92,7 +98,6 @@ impl<'a> Variation<'a> {
             first.dialect().is_compatible(second.dialect()),
             "the dialects of the parents must be compatible"
         );
-        assert_eq!(first.is_painted(), second.is_painted(), "a painted parent needs another one");
         Self::of(Origin::Recombine { first, second, recombination, mutation })
     }
 
@@ -181,13 +186,19 @@ impl<'a> Variation<'a> {
             self.resolve_locks(first).effects().locks(EffectKind::Light, Palette::COLORS)
         };
         if self.painting.is_some()
-            && self.parents().next().is_none_or(|first| first.is_painted() && !locks_colors(first))
+            && self
+                .parents()
+                .next()
+                .is_none_or(|first| self.parents().any(Genome::is_painted) && !locks_colors(first))
         {
             return false;
         }
         match self.origin {
             Origin::Random(_) => false,
             Origin::Mutate { mutation, .. } => mutation <= 0.0,
+            Origin::Recombine { first, second, mutation, .. } if is_painting(first, second) => {
+                mutation <= 0.0
+            }
             Origin::Recombine { first, second, recombination, mutation } => {
                 // Kinds of layers are drawn even if the second parent has a share of 1.
                 let (own, other) = (first.layers(), second.layers());
@@ -251,7 +262,19 @@ impl<'a> Variation<'a> {
                 );
                 draft
             }
+            Origin::Recombine { first, second, mutation, .. } if is_painting(first, second) => {
+                let (brdf, paint) =
+                    if first.is_painted() { (second, first) } else { (first, second) };
+                let toon = paint::painted_by(brdf, paint);
+                let mut draft = Draft::copy(&toon);
+                let how = self.how(mutation, true, self.modules([toon.dialect()]));
+                mutate::draft(&mut draft, key, how, &self.resolve_locks_of(&toon, first));
+                draft
+            }
             Origin::Recombine { first, second, recombination, mutation } => {
+                let matched =
+                    paint::are_mixed(first, second).then(|| paint::matched(first, second));
+                let (first, second) = matched.as_ref().map_or((first, second), |[a, b]| (a, b));
                 let locked = self.resolve_locks(first);
                 let modules = self.modules([first.dialect(), second.dialect()]);
                 let how = self.how(mutation, false, modules);
@@ -280,6 +303,22 @@ impl<'a> Variation<'a> {
 
     fn is_believable(&self) -> bool {
         self.start == Start::Believable
+    }
+
+    /// Resolves the locks of the first parent for a genome that has its effects or its BRDF.
+    fn resolve_locks_of(&self, genome: &Genome, first: &Genome) -> ResolvedLocks {
+        match self.locks {
+            // The program of a painted parent is not in the child.
+            Some(locks) if first.is_painted() => {
+                let locks = Locks {
+                    effects: locks.effects.clone(),
+                    effect_parameters: locks.effect_parameters.clone(),
+                    ..Locks::default()
+                };
+                ResolvedLocks::of(genome, &locks).steered(genome.layers(), Kept::of(self.steer))
+            }
+            _ => self.resolve_locks(genome),
+        }
     }
 
     fn resolve_locks(&self, first: &Genome) -> ResolvedLocks {

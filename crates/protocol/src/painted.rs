@@ -7,12 +7,6 @@ use crate::BreedOptions;
 /// Error of [`BreedOptions::check_painted`] and [`check_painted_defaults`].
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum PaintedError {
-    /// One of two parents is painted.
-    #[error(
-        "a painted material can be recombined only with another one: the other parent is a BRDF, \
-         which `by brdf` would paint"
-    )]
-    Mixed,
     /// A saturation below 1.
     #[error(
         "`saturation` acts on BRDFs, but children of a painted lineage or parent are painted: \
@@ -38,7 +32,6 @@ impl PaintedError {
     #[must_use]
     pub fn pointer(self) -> &'static str {
         match self {
-            Self::Mixed => "/parents/1",
             Self::Saturation(_) => "/saturation",
             Self::EnergyLimit => "/energy_limit",
             Self::Painting => "/painting",
@@ -62,8 +55,8 @@ pub fn check_painted_defaults(
 }
 
 impl BreedOptions {
-    /// Checks that the options suit the parents: both are painted or neither, painted children have
-    /// no options of BRDFs, and others no painting. Without parents, `is_painted_start` decides.
+    /// Checks that the options suit the parents: children that paint light have no options of
+    /// BRDFs, and BRDFs no painting. Without parents, `is_painted_start` decides.
     ///
     /// # Errors
     /// [`PaintedError`] for the first reason why they do not.
@@ -72,14 +65,16 @@ impl BreedOptions {
         parents: &[&Genome],
         is_painted_start: bool,
     ) -> Result<(), PaintedError> {
-        let is_painted = parents.first().map_or(is_painted_start, |first| first.is_painted());
-        if parents.iter().any(|parent| parent.is_painted() != is_painted) {
-            return Err(PaintedError::Mixed);
-        }
+        let is_painted = match parents {
+            [] => is_painted_start,
+            parents => parents.iter().any(|parent| parent.is_painted()),
+        };
         if !is_painted {
             return if self.painting.is_some() { Err(PaintedError::Painting) } else { Ok(()) };
         }
-        if parents.first().is_some_and(|first| first.has_brdf()) {
+        // A BRDF beside a painted parent is painted.
+        let is_mixed = parents.iter().any(|parent| !parent.is_painted());
+        if is_mixed || parents.first().is_some_and(|first| first.has_brdf()) {
             return Ok(());
         }
         check_painted_defaults(self.saturation, self.energy_limit)
@@ -96,11 +91,12 @@ mod tests {
         let model: Genome = "brood 1\n.model lambert\n".parse().unwrap();
         let plain = BreedOptions::default();
         assert_eq!(plain.check_painted(&[&painted, &painted], false), Ok(()));
-        assert_eq!(plain.check_painted(&[&painted, &model], true), Err(PaintedError::Mixed));
-        assert_eq!(plain.check_painted(&[&model, &painted], true), Err(PaintedError::Mixed));
         let grey = BreedOptions { saturation: Some(0.5), ..BreedOptions::default() };
         assert_eq!(grey.check_painted(&[], true), Err(PaintedError::Saturation(0.5)));
         assert_eq!(grey.check_painted(&[], false), Ok(()));
+        for parents in [[&painted, &model], [&model, &painted]] {
+            assert_eq!(grey.check_painted(&parents, true), Ok(()), "the BRDF is painted");
+        }
         assert_eq!(grey.check_painted(&[&model], true), Ok(()));
         let limited = BreedOptions { energy_limit: Some(true), ..BreedOptions::default() };
         let error = limited.check_painted(&[&painted], false).unwrap_err();
@@ -108,7 +104,7 @@ mod tests {
         let toon = "brood 1\n.model lambert\n.effect light\nby brdf\n".parse().unwrap();
         assert_eq!(grey.check_painted(&[&toon, &painted], true), Ok(()));
         assert_eq!(limited.check_painted(&[&toon], true), Ok(()));
-        assert_eq!(plain.check_painted(&[&toon, &model], true), Err(PaintedError::Mixed));
+        assert_eq!(plain.check_painted(&[&toon, &model], true), Ok(()));
         let kept = BreedOptions {
             saturation: Some(1.0),
             energy_limit: Some(false),

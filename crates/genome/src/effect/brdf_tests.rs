@@ -238,3 +238,42 @@ fn locks_act_on_both_halves() {
     let child = Variation::mutate(&parent, 0.8).with_locks(Some(&channels)).birth(key(1));
     assert!(child.is_by_brdf());
 }
+
+#[test]
+fn a_brdf_and_a_painted_parent_make_toon_shapes() {
+    let dialect = Dialect { length: 20, ..Dialect::default() };
+    let painted = "brood 1\n.effect light\npalette #203040 #c0d0a0\nfrom -0.4\nto 0.9\n\
+                   .effect silhouette\ncolor #102030\n";
+    let painted: Genome = painted.parse().unwrap();
+    let mut changed = 0;
+    for seed in 0..50 {
+        let brdf = Variation::random(dialect).birth(key(seed)).with_limit(true);
+        for (first, second) in [(&brdf, &painted), (&painted, &brdf)] {
+            let still = Variation::crossover(first, second, 0.5, 0.0);
+            assert!(still.is_deterministic());
+            let toon = still.birth(key(seed));
+            assert!(toon.is_by_brdf() && toon.is_limited());
+            assert_eq!(toon.instructions(), brdf.instructions());
+            assert_eq!(toon.effects()[0].palette(), painted.effects()[0].palette());
+            assert_eq!(toon.effects()[1], painted.effects()[1]);
+            let child = Variation::crossover(first, second, 0.5, 0.4).birth(key(seed));
+            assert!(child.is_by_brdf());
+            assert_eq!(child, Variation::mutate(&toon, 0.4).birth(key(seed)));
+        }
+        let locks = Locks { effects: vec![EffectKind::Light], ..Locks::default() };
+        let locked = Variation::crossover(&painted, &brdf, 0.5, 0.8).with_locks(Some(&locks));
+        let child = locked.birth(key(seed));
+        assert_eq!(child.effects()[0].palette(), painted.effects()[0].palette());
+        changed += u32::from(child.instructions() != brdf.instructions());
+        let locks = Locks { instructions: (0..20).collect(), ..Locks::default() };
+        let locked = Variation::crossover(&brdf, &painted, 0.5, 0.8).with_locks(Some(&locks));
+        assert_eq!(locked.birth(key(seed)).instructions(), brdf.instructions());
+        // A parent that paints a BRDF of its own is crossed with the other, painted alike.
+        let toon = genome(seed + 1000);
+        let crossed = Variation::crossover(&brdf, &toon, 0.5, 0.2);
+        assert!(!crossed.is_deterministic());
+        let child = crossed.birth(key(seed));
+        assert!(child.is_by_brdf() && child.instructions() != brdf.instructions());
+    }
+    assert!(changed > 40, "{changed}");
+}

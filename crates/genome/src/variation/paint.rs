@@ -8,6 +8,7 @@ mod palette;
 mod random;
 mod recombine;
 mod threshold;
+mod toon;
 mod value;
 
 mod mutate;
@@ -16,6 +17,7 @@ pub(super) use mutate::mutate;
 pub(super) use painting::color;
 pub(super) use random::random;
 pub(super) use recombine::recombine;
+pub(super) use toon::{are_mixed, matched, painted_by};
 
 #[cfg(test)]
 #[path = "paint_tests.rs"]

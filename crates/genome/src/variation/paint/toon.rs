@@ -1,0 +1,44 @@
+//! Effects that paint what a BRDF reflects, from effects that paint light.
+
+use crate::{Genome, effect};
+
+/// Amounts of reflected light at which the first and the last colour are reached, if the light
+/// effect has others of its own: those of new toon shapes.
+const LEVELS: [(&str, f64); 2] = [("from", 0.0), ("to", 0.4)];
+
+/// Paints a BRDF with the effects of a painted material: its light effect becomes `by brdf`, with
+/// the palette and the images it has.
+///
+/// # Panics
+/// If `brdf` is painted or `paint` is not.
+pub(in super::super) fn painted_by(brdf: &Genome, paint: &Genome) -> Genome {
+    let mut effects = paint.effects().to_vec();
+    if !paint.is_by_brdf() {
+        let light = &effects[0];
+        let mut values = light.values().clone();
+        values.set_text(effect::BY, effect::BRDF).expect("light is painted by a BRDF");
+        for (name, level) in LEVELS {
+            values.set(name, &[level]).expect("levels are in their ranges");
+        }
+        effects[0] = light
+            .with_parts(values, light.palette().cloned())
+            .expect("levels keep to the rules of effects");
+    }
+    assert!(!brdf.is_painted(), "only a BRDF can be painted");
+    brdf.clone().with_effects(effects).expect("a BRDF has effects by brdf")
+}
+
+/// True if exactly one of two genomes is painted.
+pub(in super::super) fn are_mixed(first: &Genome, second: &Genome) -> bool {
+    first.is_painted() != second.is_painted()
+}
+
+/// Returns two parents of which both are painted or neither: if one is a BRDF and the other is not,
+/// the BRDF is painted with the effects of the other.
+pub(in super::super) fn matched(first: &Genome, second: &Genome) -> [Genome; 2] {
+    match (first.is_painted(), second.is_painted()) {
+        (false, true) => [painted_by(first, second), second.clone()],
+        (true, false) => [first.clone(), painted_by(second, first)],
+        _ => [first.clone(), second.clone()],
+    }
+}
