@@ -203,10 +203,13 @@ impl Setting {
         (0..count).map(genome).collect()
     }
 
-    /// Returns a renderer that knows the mesh, its tracer and the images.
+    /// Returns a renderer that knows the meshes, their tracers and the images.
     fn renderer() -> Renderer {
         let renderer = Renderer::new(Backend::Cpu);
-        let _ = renderer.builtin(BuiltinMesh::Knob).mesh().tracer();
+        use BuiltinMesh::{Ground, Knob, Sphere, Torus};
+        for mesh in [Knob, Sphere, Torus, Ground] {
+            let _ = renderer.builtin(mesh).mesh().tracer();
+        }
         let image = Arc::new(image());
         let mut assets = LightAssets::default();
         assets.insert_image(IMAGE, image.clone());

@@ -216,8 +216,13 @@ impl Breeding {
         };
         let operator = inputs.variation().operator_name();
         if inputs.variation().is_deterministic() {
-            let words = "all children would be identical: raise `mutation` or `recombination`";
-            return Err(ApiError::refused(words).at("/recombination"));
+            let words = "all children would be identical: raise `mutation`";
+            return Err(match inputs.variation().has_share() {
+                true => {
+                    ApiError::refused(format!("{words} or `recombination`")).at("/recombination")
+                }
+                false => ApiError::refused(words).at("/mutation"),
+            });
         }
         timing.end("read");
         let children = self.processors.run(move || inputs.children()).await?;

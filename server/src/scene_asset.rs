@@ -64,14 +64,18 @@ pub async fn check(store: &Store, scene: &Scene) -> Result<(), ApiError> {
     Ok(())
 }
 
-/// Loads the files that a checked scene names.
+/// Loads the files that the light and the subject of a checked scene depend on.
 ///
 /// # Errors
 /// 500 if a file is missing or cannot be parsed.
 pub async fn load(store: &Store, scene: &Scene) -> Result<LightAssets, ApiError> {
     let mut assets = LightAssets::default();
-    for (asset, _) in scene.assets() {
-        let (name, _) = parts(asset);
+    for (asset, pointer) in scene.assets() {
+        let (name, kind) = parts(asset);
+        // Neither backdrop nor other objects are needed.
+        if kind == LightAssetKind::Image && pointer != "/normal_map/image" {
+            continue;
+        }
         let hash = hash(name).ok_or_else(|| ApiError::internal(NOT_A_HASH))?;
         let (kind, bytes) = store.light_asset(hash).await?;
         let damaged = |error: String| {

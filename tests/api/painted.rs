@@ -107,6 +107,15 @@ async fn toon_shapes_of_brdfs_are_bred_in_both_halves_and_not_exported() {
     let still = json!({"parents": [parent, toon["hash"]], "mutation": 0, "recombination": 0});
     let refused = server.post(&path, &still).await.problem(422);
     assert_eq!(refused["pointer"], "/recombination");
+    let paint = server.post_bytes("/v1/genomes", TEXT, TOON).await.expect(201).json();
+    for parents in [[&metal["hash"], &paint["hash"]], [&paint["hash"], &metal["hash"]]] {
+        let still = json!({"parents": parents, "mutation": 0});
+        assert_eq!(server.post(&path, &still).await.problem(422)["pointer"], "/mutation");
+        let steered = json!({"parents": parents, "steer": ["warmer"]});
+        assert_eq!(server.post(&path, &steered).await.problem(422)["pointer"], "/steer");
+        let painted = json!({"parents": parents, "count": 2});
+        server.post(&path, &painted).await.expect(201);
+    }
     let bred = json!({"parents": [id], "count": 4, "seed": 1, "mutation": 0.6,
         "curation": "diverse", "energy_limit": true, "locks": {"effects": ["light"]}});
     let bred = server.post(&path, &bred).await.expect(201).json();

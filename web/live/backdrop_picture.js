@@ -118,8 +118,10 @@ export class BackdropPicture {
   async #load(gl, id) {
     try {
       const bytes = await getBytes(imageUrl(id));
-      const bitmap = await decode(bytes, gl.getParameter(gl.MAX_TEXTURE_SIZE));
-      if (this.#loading === id && !gl.isContextLost())
+      // A lost context has no limits.
+      const most = gl.isContextLost() ? 1 : gl.getParameter(gl.MAX_TEXTURE_SIZE);
+      const bitmap = await decode(bytes, most);
+      if (this.#loading === id && !gl.isContextLost() && most > 1)
         this.held = { id, texture: makeTexture(gl, bitmap), cover: coverOf(bitmap) };
       bitmap.close();
     } catch (error) {

@@ -80,6 +80,12 @@ export function LightDot() {
   return html`<span class="light-dot" data-testid="light-dot" aria-hidden="true" ref=${attachDot}></span>`;
 }
 
+/** True if the picture behind the scene is one that the browser cannot draw as the server does. */
+function refusedPicture() {
+  const backdrop = sceneStore.editedScene.value?.backdrop;
+  return backdrop?.kind === "image" && liveStore.refusedImages.value.has(backdrop.image);
+}
+
 /** Angle and speed of the light, which live frames follow. */
 function Circle() {
   const on = liveStore.lightMoving.value;
@@ -100,7 +106,7 @@ function Circle() {
         onInput=${(/** @type {number} */ to) => (liveStore.lightSpeed.value = to)} />
     `}
     ${sceneStore.scene.value && !circles && html`<p class="small">The environment stays in place; a lamp would circle.</p>`}
-    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs curved normals, no normal maps, and point lights; an environment only around an object alone without shadows. Showing server renders.</p>`}
+    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs curved normals, no normal maps, and point lights; an environment only around an object alone without shadows. ${refusedPicture() ? "This browser cannot read the picture behind as the server does. " : ""}Showing server renders.</p>`}
   `;
 }
 

@@ -195,7 +195,7 @@ impl RenderContext {
 
     /// Adds a file, from the cache or the server.
     async fn add_asset(&self, name: &str, assets: &mut LightAssets) -> Result<(), Interrupted> {
-        if self.asset_cache.add_to(name, assets) {
+        if assets.contains(name) || self.asset_cache.add_to(name, assets) {
             return Ok(());
         }
         let file = self.client.light_asset(name).await;

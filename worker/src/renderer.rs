@@ -120,12 +120,8 @@ impl Renderer {
     /// Replaces the light assets, which scenes and painted materials refer to by name. A light
     /// whose asset is missing emits nothing; a painted material cannot be rendered then.
     pub fn set_light_assets(&self, assets: LightAssets) {
-        if assets.is_same(self.loaded_assets().assets()) {
-            // Hashing large environment maps again takes longer than most pictures.
-            return;
-        }
-        *self.assets.lock().unwrap_or_else(PoisonError::into_inner) =
-            Arc::new(LoadedAssets::new(assets));
+        let loaded = LoadedAssets::after(&self.loaded_assets(), assets);
+        *self.assets.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(loaded);
     }
 
     /// Returns the current light assets; empty at first.

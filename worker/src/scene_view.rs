@@ -60,6 +60,15 @@ impl LoadedAssets {
         Self { assets, hash }
     }
 
+    /// As [`LoadedAssets::new`]. Hashing large environment maps takes longer than most pictures, so
+    /// the hash of earlier assets with the same lights is kept.
+    pub(crate) fn after(earlier: &Self, assets: LightAssets) -> Self {
+        match assets.has_same_lights(&earlier.assets) {
+            true => Self { assets, hash: earlier.hash },
+            false => Self::new(assets),
+        }
+    }
+
     pub(crate) fn assets(&self) -> &LightAssets {
         &self.assets
     }

@@ -231,7 +231,7 @@ fn behind(
             let Some(image) = view.assets.image(image) else { return vec![None; rays.len()] };
             let colors = colors_towards(image, (scene, &view.stage), (size_px, rays));
             let straight = |[r, g, b, opacity]: [f32; 4]| {
-                (opacity > 0.0).then(|| [r, g, b].map(|channel| channel / opacity))
+                (opacity >= 0.5).then(|| [r, g, b].map(|channel| channel / opacity))
             };
             return colors.into_iter().map(straight).collect();
         }

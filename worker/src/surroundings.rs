@@ -212,6 +212,12 @@ impl Renderer {
         }
         hasher.update(&[u8::from(frame.backend == Backend::Reference)]);
         hasher.update(format!("{:?}", shot.film.exposure).as_bytes());
+        if shows_subject {
+            // Rays of clear objects see the backdrop, and BRDFs in the film's tone.
+            let backdrop = serde_json::to_vec(&shot.view.scene().backdrop);
+            hasher.update(&backdrop.expect("a backdrop is finite numbers and words"));
+            hasher.update(format!("{:?}", shot.film.tone).as_bytes());
+        }
         if let Some(subject) = subject.filter(|_| shows_subject) {
             hasher.update(subject.hash().as_bytes());
         }

@@ -259,6 +259,10 @@ fn variation<'a>(
     );
     let variation = options.variation((start, dialect), &genomes);
     ensure!(
+        variation.has_share() || !variation.is_deterministic(),
+        "--mutation 0 gives equal children; raise --mutation"
+    );
+    ensure!(
         !variation.is_deterministic(),
         "--mutation 0 and --recombination {} give only copies of these parents; raise --mutation",
         options.recombination

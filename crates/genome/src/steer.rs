@@ -137,7 +137,7 @@ impl Steer {
             return Ok(());
         }
         let Some(first) = parents.first() else { return Err(SteerError::NoParent) };
-        if first.is_painted() {
+        if parents.iter().any(|parent| parent.is_painted()) {
             return Err(SteerError::Painted);
         }
         let is_homogeneous = constraints.homogeneous.unwrap_or(first.dialect().homogeneous);

@@ -210,6 +210,16 @@ impl<'a> Variation<'a> {
         }
     }
 
+    /// True if the share of the second parent decides something: there are two parents, and they
+    /// are not a BRDF and a material that paints light.
+    #[must_use]
+    pub fn has_share(&self) -> bool {
+        match self.origin {
+            Origin::Recombine { first, second, .. } => !is_painting(first, second),
+            Origin::Random(_) | Origin::Mutate { .. } => false,
+        }
+    }
+
     /// Name of the operator in the family tree.
     #[must_use]
     pub fn operator_name(&self) -> &'static str {

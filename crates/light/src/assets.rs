@@ -63,12 +63,20 @@ impl LightAssets {
         self.images.get(name)
     }
 
-    /// True if both hold the same `Arc`s under the same names, which implies equal content hashes.
+    /// True if both hold the same `Arc`s of profiles and environment maps under the same names,
+    /// which implies equal [`LightAssets::light_hash`].
     #[must_use]
-    pub fn is_same(&self, other: &Self) -> bool {
+    pub fn has_same_lights(&self, other: &Self) -> bool {
         are_same(&self.profiles, &other.profiles)
             && are_same(&self.environments, &other.environments)
-            && are_same(&self.images, &other.images)
+    }
+
+    /// True if there is an asset of that name.
+    #[must_use]
+    pub fn contains(&self, name: &str) -> bool {
+        self.profiles.contains_key(name)
+            || self.environments.contains_key(name)
+            || self.images.contains_key(name)
     }
 
     /// True if there are no assets.

@@ -31,6 +31,8 @@ pub struct LightSampler {
     pub samples: u32,
     /// False if its light passes through objects.
     pub casts_shadows: bool,
+    /// True for environments, whose light may also be prefiltered.
+    pub is_environment: bool,
     /// Index of the light in the scene.
     index: usize,
     /// Centre of the subject in the unit frame.
@@ -56,7 +58,9 @@ impl LightSampler {
             let source = light.source(&placement, assets);
             let (samples, casts_shadows) = (light.samples(), light.casts_shadows());
             let pivot = frame.pivot();
-            let sampler = Self { source, first_slot, samples, casts_shadows, index, pivot };
+            let is_environment = matches!(light, Light::Environment(_));
+            let sampler =
+                Self { source, first_slot, samples, casts_shadows, is_environment, index, pivot };
             first_slot += sampler.samples as usize;
             sampler
         };

@@ -45,7 +45,7 @@ pub async fn create_environment(
     ENVIRONMENT.store(&app, key, request).await
 }
 
-/// Uploads a control image of painted materials: PNG or JPEG, at most 4096 pixels a side.
+/// Uploads an image for painted materials or scenes: PNG or JPEG, at most 4096 pixels a side.
 #[utoipa::path(post, path = "/v1/images", tag = "genomes",
     request_body(content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg"))),
     responses((status = 201, body = LightAssetAnswer)))]
@@ -57,7 +57,7 @@ pub async fn create_image(
     IMAGE.store(&app, key, request).await
 }
 
-/// Returns a control image as it was uploaded.
+/// Returns an image as it was uploaded.
 #[utoipa::path(get, path = "/v1/images/{id}", tag = "genomes",
     params(("id" = String, Path, description = "64 hexadecimal digits")),
     responses((status = 200, content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg")))))]

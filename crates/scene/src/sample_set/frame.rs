@@ -92,8 +92,8 @@ impl ShadedPoint {
         Self { wo: above_horizon(wo), frame, replaced, faces_away: wo.z <= 0.0, ..*self }
     }
 
-    /// False for directions below a surface whose normal a normal map has replaced: no light comes
-    /// from there.
+    /// False for directions below a surface whose normal a normal map has replaced: no light of
+    /// lamps comes from there.
     pub fn is_above(&self, towards: DVec3) -> bool {
         self.replaced.is_none_or(|n| n.dot(towards) > 0.0)
     }

@@ -62,11 +62,11 @@ impl Surface<'_> {
         point: &mut SurfacePoint,
     ) {
         let CameraRay { ray, seed } = camera_ray;
-        let shaded = self.shaded(hit, -ray.direction);
+        let shaded = self.shaded(hit, ray);
         let position = self.in_unit_frame(shaded.position);
         let neighbours = next.0.map(|ray| {
             let hit = self.hit_on_plane(hit.triangle, &ray)?;
-            let shaded = self.shaded(&hit, -ray.direction);
+            let shaded = self.shaded(&hit, ray);
             let at = (shaded.frame.n(), ray, self.in_unit_frame(shaded.position));
             Some((at, shaded.uv))
         });

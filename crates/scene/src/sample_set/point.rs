@@ -157,7 +157,7 @@ impl<'a> Surface<'a> {
         point: &mut SurfacePoint,
     ) {
         let CameraRay { ray, seed } = camera_ray;
-        let shaded = self.shaded(hit, -ray.direction);
+        let shaded = self.shaded(hit, ray);
         let position = self.in_unit_frame(shaded.position);
         let start = self.shadow_start(&shaded, hit);
         let SurfacePoint { lit, skipped, shadowed, .. } = point;
@@ -176,7 +176,8 @@ impl<'a> Surface<'a> {
             light.for_each_sample(&receiver, |sample, light_sample| {
                 let wi = shaded.frame.local(light_sample.towards);
                 // NaN, possible for extreme lights, is treated as unlit.
-                if wi.z > 0.0 && shaded.is_above(light_sample.towards) {
+                let is_above = light.is_environment || shaded.is_above(light_sample.towards);
+                if wi.z > 0.0 && is_above {
                     let mut passed = 1.0;
                     if let Some((obstacles, start)) = start.filter(|_| light.casts_shadows) {
                         let ray = Ray { origin: start, direction: light_sample.towards };
@@ -231,11 +232,11 @@ impl<'a> Surface<'a> {
         (position - self.subject.0) * self.subject.1
     }
 
-    /// Returns a hit with its shading frame, seen from the unit direction `eye`.
-    pub(super) fn shaded(&self, hit: &Hit, eye: DVec3) -> ShadedPoint {
-        let shaded = ShadedPoint::new(self.parts, hit, eye, self.tangents);
+    /// Returns the hit of a ray with its shading frame.
+    pub(super) fn shaded(&self, hit: &Hit, ray: Ray) -> ShadedPoint {
+        let shaded = ShadedPoint::new(self.parts, hit, -ray.direction, self.tangents);
         match &self.mapped {
-            Some(mapped) => mapped.apply(shaded, hit, eye),
+            Some(mapped) => mapped.apply(shaded, hit, ray),
             None => shaded,
         }
     }
