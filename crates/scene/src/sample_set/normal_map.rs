@@ -241,6 +241,21 @@ mod tests {
         assert_eq!(set.counts().covered, bare.counts().covered);
         assert!(set.len() <= bare.len() && set.len() > bare.len() * 3 / 4);
         assert_ne!(set.irradiance()[0], bare.irradiance()[0]);
+        let sampler = pixel_sampler(&(&mesh).into(), &mapped, &waves, SIDE.into());
+        let (mut stack, mut point) = (Stack::default(), SurfacePoint::default());
+        let (mut lit, mut turned) = (0, 0);
+        for at in 0..SIDE * SIDE {
+            let ray = sampler.ray(at % SIDE, at / SIDE, DVec2::splat(0.5));
+            let Some(hit) = sampler.visible_hit(ray, &mut stack) else { continue };
+            sampler.surface.shade(&hit, CameraRay { ray, seed: 1 }, &mut stack, &mut point);
+            let shaded = sampler.surface.shaded(&hit, ray);
+            for sample in &point.lit {
+                assert!(shaded.mesh_normal().dot(shaded.frame.global(sample.wi)) > 0.0);
+            }
+            lit += point.lit.len();
+            turned += usize::from(shaded.mesh_normal().dot(shaded.frame.n()) < 0.98);
+        }
+        assert!(lit > 500 && turned > 300, "{lit} {turned}");
         // Missing images change nothing.
         let none = LightAssets::default();
         let missing = SampleSet::render_with_assets(&mesh, &mapped, &none, raster(SIDE));
