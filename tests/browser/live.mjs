@@ -44,6 +44,17 @@ export async function underLamp(app) {
     return app.reshown(() => environment.selectOption("none"));
 }
 
+/** Loses the WebGL context, waits for the server's pictures, and restores the context. */
+export async function loseContext(page) {
+  await page.evaluate(() => {
+    const gl = document.querySelector("canvas.live").getContext("webgl2");
+    globalThis.lost = gl.getExtension("WEBGL_lose_context");
+    globalThis.lost.loseContext();
+  });
+  await noneLit(page);
+  await page.evaluate(() => globalThis.lost.restoreContext());
+}
+
 /** Drags a slider to a value without releasing it. */
 export const hold = (app, name, value) =>
   app.id(name).evaluate((control, to) => {
@@ -331,13 +342,7 @@ export async function live(app, step, shot, base) {
     async () => {
       await hold(app, "light", 30);
       await allLit(page);
-      await page.evaluate(() => {
-        const gl = document.querySelector("canvas.live").getContext("webgl2");
-        globalThis.lost = gl.getExtension("WEBGL_lose_context");
-        globalThis.lost.loseContext();
-      });
-      await noneLit(page);
-      await page.evaluate(() => globalThis.lost.restoreContext());
+      await loseContext(page);
       await hold(app, "light", 200);
       await allLit(page);
       await app.reshown(() => slide(app, "light", 10));

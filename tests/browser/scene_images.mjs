@@ -5,7 +5,7 @@ import { strict as assert } from "node:assert";
 
 import { comparedAround, openLineage } from "./drawn_live.mjs";
 import { change, seen } from "./edited.mjs";
-import { allLit, asServerDraws, hold, noneLit, slide, underLamp } from "./live.mjs";
+import { allLit, asServerDraws, hold, loseContext, noneLit, slide, underLamp } from "./live.mjs";
 import { goTo, turnByHand } from "./materials.mjs";
 import { drop, painting } from "./painted.mjs";
 import { asPhone } from "./photo.mjs";
@@ -332,13 +332,7 @@ export async function sceneImagesLive(app, step, shot, base) {
   await step("loads the picture again after the context was lost", async () => {
     await hold(app, "light", 130);
     await allLit(page);
-    await page.evaluate(() => {
-      const gl = document.querySelector("canvas.live").getContext("webgl2");
-      globalThis.lost = gl.getExtension("WEBGL_lose_context");
-      globalThis.lost.loseContext();
-    });
-    await noneLit(page);
-    await page.evaluate(() => globalThis.lost.restoreContext());
+    await loseContext(page);
     await hold(app, "light", 200);
     await allLit(page);
     const generation = await app.generation(await app.ready());

@@ -204,6 +204,13 @@ impl<'a> SceneView<'a> {
         SampleSet::render_direct(self.stage.clone(), self.scene, self.assets, raster, lobes)
     }
 
+    /// Returns the backdrop and the tone curve as bytes for cache keys. The rays of clear bodies
+    /// depend on both, sample sets on neither.
+    pub(crate) fn seen_behind(&self) -> Vec<u8> {
+        let seen = (&self.scene.backdrop, self.scene.film.tone);
+        serde_json::to_vec(&seen).expect("backdrop and tone are finite numbers and words")
+    }
+
     /// Returns the backdrop of an area of the picture.
     pub(crate) fn backdrop(&self, size_px: PictureSize, area: PixelArea) -> LitBackdrop {
         LitBackdrop::new((self.scene, self.stage.mesh(), self.assets), size_px, area)

@@ -72,9 +72,7 @@ impl Renderer {
         hasher.update(view.points_key(raster).as_bytes()).update(b"sight");
         hasher.update(&[u8::from(followed.mirrored), u8::from(followed.index.is_some())]);
         hasher.update(&followed.index.unwrap_or_default().to_le_bytes());
-        hasher.update(&exposure.ev.to_le_bytes()).update(format!("{:?}", exposure.tone).as_bytes());
-        let backdrop = serde_json::to_vec(&view.scene().backdrop);
-        hasher.update(&backdrop.expect("a backdrop is finite numbers and words"));
+        hasher.update(&exposure.ev.to_le_bytes()).update(&view.seen_behind());
         for object in &frame.objects {
             let words = object.words.iter().flat_map(|word| word.to_le_bytes());
             hasher.update(&words.collect::<Vec<u8>>()).update(b"material");

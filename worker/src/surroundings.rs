@@ -213,10 +213,7 @@ impl Renderer {
         hasher.update(&[u8::from(frame.backend == Backend::Reference)]);
         hasher.update(format!("{:?}", shot.film.exposure).as_bytes());
         if shows_subject {
-            // Rays of clear objects see the backdrop, and BRDFs in the film's tone.
-            let backdrop = serde_json::to_vec(&shot.view.scene().backdrop);
-            hasher.update(&backdrop.expect("a backdrop is finite numbers and words"));
-            hasher.update(format!("{:?}", shot.film.tone).as_bytes());
+            hasher.update(&shot.view.seen_behind());
         }
         if let Some(subject) = subject.filter(|_| shows_subject) {
             hasher.update(subject.hash().as_bytes());
@@ -316,6 +313,24 @@ mod tests {
         let alone = Scene { ground: None, objects: Vec::new(), ..scene };
         let alone = renderer.render(&frame(&alone, &[]), &mesh, &[&gold]).unwrap();
         assert!((dark[0].exposure_ev - alone[0].exposure_ev).abs() < 0.5, "the subject decides");
+    }
+
+    #[test]
+    fn clear_objects_show_the_backdrop_of_their_own_picture() {
+        let clear = program("paint-glass");
+        let toon = program("paint-toon");
+        let of = |renderer: &Renderer, backdrop: &str| {
+            let scene = scene(&format!(
+                r#"{{"mesh": "sphere", "lights": [{{}}], "ground": {{}}, "film": {{"exposure": 0}},
+                    "backdrop": {{"kind": "color", "color": {backdrop}}}}}"#
+            ));
+            let mesh = renderer.builtin(BuiltinMesh::Sphere);
+            renderer.render(&frame(&scene, &[&clear]), &mesh, &[&toon]).unwrap().remove(0).bytes
+        };
+        let used = Renderer::new(Backend::Cpu);
+        let [white, black] = ["[1, 1, 1]", "[0, 0, 0]"].map(|backdrop| of(&used, backdrop));
+        assert_ne!(white, black);
+        assert_eq!(black, of(&Renderer::new(Backend::Cpu), "[0, 0, 0]"));
     }
 
     #[test]

@@ -73,8 +73,9 @@ impl<'a> Variation<'a> {
     }
 
     /// Makes crossovers of two parents: blocks of `second` in `first`, also parameters and layers
-    /// of its models; then mutates. Of a BRDF and a painted material, children are the BRDF painted
-    /// with the effects of the other; if that one paints a BRDF of its own, both are crossed.
+    /// of its models; then mutates. If one parent is a BRDF and the other paints light, the child
+    /// has the BRDF and the effects. If the painted parent has a BRDF of its own, the unpainted
+    /// BRDF gets the same effects, and both are crossed.
     ///
     /// # Domain
     /// Amounts in 0..=1; `recombination` is the expected share of the second parent. The dialects
@@ -210,8 +211,8 @@ impl<'a> Variation<'a> {
         }
     }
 
-    /// True if the share of the second parent decides something: there are two parents, and they
-    /// are not a BRDF and a material that paints light.
+    /// True if the share of the second parent has an effect. It has none if one parent is a BRDF
+    /// and the other paints light.
     #[must_use]
     pub fn has_share(&self) -> bool {
         match self.origin {
@@ -315,7 +316,7 @@ impl<'a> Variation<'a> {
         self.start == Start::Believable
     }
 
-    /// Resolves the locks of the first parent for a genome that has its effects or its BRDF.
+    /// Resolves the first parent's locks for a genome with the effects or the BRDF of that parent.
     fn resolve_locks_of(&self, genome: &Genome, first: &Genome) -> ResolvedLocks {
         match self.locks {
             // The program of a painted parent is not in the child.

@@ -84,10 +84,10 @@ pub fn backdrop_colors(
     (0..area.width * area.height).into_par_iter().with_min_len(256).map(color).collect()
 }
 
-/// Returns the colours of an image behind a scene that rays see which leave the stage's part. The
-/// image is on a plane behind the subject that faces the camera, where the camera sees it as in
-/// [`backdrop_colors`]. Rays towards the camera see it mirrored, rays beyond its sides the nearest
-/// pixel.
+/// Returns the colours of an image backdrop along rays that leave the stage's part. The image lies
+/// on a plane behind the subject, perpendicular to the view, and fills the camera's picture as in
+/// [`backdrop_colors`]. The component of a ray towards the camera is reversed. Rays that pass
+/// beside the image see its nearest pixel.
 ///
 /// # Units
 /// As [`backdrop_colors`]; the rays are in the unit frame of the part.

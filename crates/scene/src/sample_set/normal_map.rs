@@ -12,7 +12,8 @@ use super::size::PictureSize;
 use super::view::View;
 use crate::description::NormalMap;
 
-/// Smallest height of a normal above the surface, so that every map has normals on its outside.
+/// Smallest component of a mapped normal along the mesh's own normal. It is positive, so no normal
+/// points inwards.
 const HEIGHT_MIN: f64 = 1.0 / 255.0;
 
 /// Normal map of a mesh, with the camera that decides how much of it a pixel sees.
@@ -37,8 +38,8 @@ impl<'a> MappedNormals<'a> {
         Some(Self { image, strength: *strength, repeat: *repeat, mesh, view, size_px })
     }
 
-    /// Returns a shaded hit with the normal that the map gives it, or unchanged if the texture of
-    /// its triangle has no area.
+    /// Returns the hit with the normal of the map. The hit stays as it is if the texture
+    /// coordinates of its triangle span no area.
     ///
     /// # Source
     /// Cohen, Olano and Manocha 1998, *Appearance-Preserving Simplification*, section 5.
@@ -71,8 +72,8 @@ struct TextureSlopes {
 }
 
 impl TextureSlopes {
-    /// Returns the derivatives of the position by u and v; `None` if the texture of the triangle
-    /// has no area.
+    /// Returns the derivatives of the position by u and v; `None` if the texture coordinates of the
+    /// triangle span no area.
     fn new(parts: &MeshParts, hit: &Hit) -> Option<Self> {
         let corners = parts.triangles[hit.triangle].map(|corner| corner as usize);
         let [a, b, c] = corners.map(|corner| parts.positions[corner]);

@@ -102,9 +102,9 @@ impl View {
         (depth > 1e-6).then(|| at / depth)
     }
 
-    /// Returns where a ray reaches the plane at a distance behind a centre that is at a right angle
-    /// to the view, projected as by [`View::project`]. Rays towards the eye are mirrored in the
-    /// plane; rays that start behind it are there already.
+    /// Returns the point where a ray meets a plane, projected as by [`View::project`]. The plane is
+    /// perpendicular to the view, at a distance behind a centre. The component of a ray towards the
+    /// eye is reversed. A ray that starts behind the plane meets it at its origin.
     pub fn on_plane_behind(&self, (centre, distance): (DVec3, f64), ray: Ray) -> DVec2 {
         let along = ray.direction.dot(self.forward);
         let direction = ray.direction - self.forward * (along - along.abs());

@@ -2,12 +2,12 @@
 
 use crate::{Genome, effect};
 
-/// Amounts of reflected light at which the first and the last colour are reached, if the light
-/// effect has others of its own: those of new toon shapes.
+/// Reflected light at which the first and the last colour are reached. The thresholds of the
+/// painted parent are amounts of incident light and do not apply.
 const LEVELS: [(&str, f64); 2] = [("from", 0.0), ("to", 0.4)];
 
-/// Paints a BRDF with the effects of a painted material: its light effect becomes `by brdf`, with
-/// the palette and the images it has.
+/// Returns a BRDF with the effects of a painted material. The light effect becomes `by brdf`; its
+/// palette and its images stay.
 ///
 /// # Panics
 /// If `brdf` is painted or `paint` is not.
@@ -33,8 +33,7 @@ pub(in super::super) fn are_mixed(first: &Genome, second: &Genome) -> bool {
     first.is_painted() != second.is_painted()
 }
 
-/// Returns two parents of which both are painted or neither: if one is a BRDF and the other is not,
-/// the BRDF is painted with the effects of the other.
+/// Returns both parents. If exactly one is painted, the other gets its effects.
 pub(in super::super) fn matched(first: &Genome, second: &Genome) -> [Genome; 2] {
     match (first.is_painted(), second.is_painted()) {
         (false, true) => [painted_by(first, second), second.clone()],
