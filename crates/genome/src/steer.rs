@@ -81,7 +81,7 @@ pub enum SteerError {
     #[error("`steer` needs a parent: children are compared with the first parent")]
     NoParent,
     /// The first parent is painted.
-    #[error("`steer` compares BRDFs; the first parent is a painted material")]
+    #[error("`steer` compares BRDFs; a parent is a painted material")]
     Painted,
     /// The children cannot have a pattern.
     #[error(
