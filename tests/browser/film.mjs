@@ -3,7 +3,9 @@
 
 import { strict as assert } from "node:assert";
 
+import { openLineage } from "./drawn_live.mjs";
 import { allLit, hold, noneLit, slide } from "./live.mjs";
+import { around } from "./materials.mjs";
 import { onPixels } from "./pixels.mjs";
 
 /** sRGB 128 in linear light. */
@@ -64,9 +66,14 @@ const striped = async (app) => (await seen(app, app.id("centre"))).striped;
 const close = (found, wanted) =>
   assert.ok(Math.abs(found / wanted - 1) < 1e-6, `${found} is not ${wanted}`);
 
-/** Runs the journey; `shot` saves a screenshot. */
-export async function film(app, step, shot) {
+/** Runs the journey, with gold in the centre; `shot` saves a screenshot. */
+export async function film(app, step, shot, base) {
   const { page } = app;
+  await openLineage(app, base, { name: "Film", start: "believable", scene: { mesh: "knob" } }, 7);
+  const before = await app.ready();
+  await app.id("presets").click();
+  await app.id("preset-gold").click();
+  await around(page, before);
   const settled = () =>
     page.waitForFunction(
       () => document.querySelector("[data-testid=light-color]")?.disabled === false,

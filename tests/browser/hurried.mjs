@@ -14,7 +14,7 @@ const isBreeding = (request) =>
 /** Delays the answers of some requests during an action. */
 async function heldBack(page, path, method, act) {
   const slow = async (route) => {
-    if (route.request().method() !== method) return route.continue();
+    if (route.request().method() !== method) return route.fallback();
     const answer = await route.fetch();
     await new Promise((done) => setTimeout(done, HELD_MS));
     return route.fulfill({ response: answer });

@@ -308,7 +308,7 @@ async function drawn(app, base) {
   await shadowsLive(app, step, shot, base);
   await paintedLive(app, step, shot, base);
   await neighboursLive(app, step, shot, base);
-  await film(app, step, shot);
+  await film(app, step, shot, base);
   await limitedLive(app, step, shot, base);
   await modelsLive(app, step, shot, base);
   await editedLive(app, step, shot, base);

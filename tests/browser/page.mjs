@@ -34,6 +34,7 @@ export class BroodPage {
   constructor(page, base) {
     this.page = page;
     this.#base = base;
+    this.seeded = this.#seedBroods();
     page.on("pageerror", (error) => this.complaints.push(`script: ${error.message}`));
     page.on("console", (message) => {
       const text = message.text();
@@ -45,6 +46,21 @@ export class BroodPage {
       const [status, url] = [response.status(), response.url()];
       const isLate = status === 503 && isPicture(url) && "retry-after" in response.headers();
       if (status >= 500 && !isLate) this.complaints.push(`${status} for ${url}`);
+    });
+  }
+
+  /**
+   * Numbers the seeds of the broods that the page breeds, so that each run of a journey sees the
+   * same materials. An attempt that is repeated keeps its seed.
+   */
+  async #seedBroods() {
+    const seeds = new Map();
+    await this.page.route("**/v1/lineages/*/generations", async (route) => {
+      const request = route.request();
+      if (request.method() !== "POST") return route.fallback();
+      const key = request.headers()["idempotency-key"];
+      if (!seeds.has(key)) seeds.set(key, seeds.size + 1);
+      await route.fallback({ postData: { seed: seeds.get(key), ...request.postDataJSON() } });
     });
   }
 
@@ -78,6 +94,7 @@ export class BroodPage {
 
   /** Opens the page; on an empty server it creates a believable lineage. */
   async open(hash = "") {
+    await this.seeded;
     await this.page.goto(this.#base + this.path + hash);
     return this.ready();
   }

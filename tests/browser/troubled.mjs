@@ -24,7 +24,7 @@ async function held(page, path) {
   const hold = async (route) => {
     arrived();
     await gate;
-    await route.continue().catch(() => {});
+    await route.fallback().catch(() => {});
   };
   await page.route(path, hold);
   return {
