@@ -37,7 +37,7 @@
  *   `palette`, `edges`, or the place of an image
  *
  * @typedef {{instructions: number[], constants: number[], channels: Channel[], layers: number[],
- *   parameters: ParameterLock[], effects: string[], effect_parameters: EffectLock[]}} Locks
+ *   parameters: ParameterLock[], effects: string[], effect_parameters: EffectLock[], bump: boolean}} Locks
  *
  * @typedef {[number, number, number]} Vec3
  *
@@ -167,8 +167,9 @@
  *   `received`, `whole`: bytes; null while the size is unknown.
  *
  * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean,
- *   saturation: number, energy_limit: boolean, steer: Steer[], painting: Painting|null}} Knobs
- *   `painting`: colours for painted children
+ *   bumps: boolean|null, saturation: number, energy_limit: boolean, steer: Steer[], painting: Painting|null}} Knobs
+ *   `bumps`: true for bumps, false for none, null as the parents; `painting`: colours for painted
+ *   children
  *
  * @typedef {{past: string[], future: string[]}} Trail
  *   Generations visited before the one shown, and those that undo has left; nearest last.

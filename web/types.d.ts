@@ -352,7 +352,12 @@ export interface components {
         };
         /** @description Overrides of the lineage's dialect. The genomes of the children contain the result. */
         DialectConstraints: {
-            /** @description True: programs read 0 for u and v, so materials are homogeneous. */
+            /**
+             * @description True: random children, and those that mutate, have bumps. False: no child has any. Default:
+             *     children have bumps if their parents do. Painted materials have none.
+             */
+            bumps?: boolean | null;
+            /** @description True: programs read 0 for u and v, so materials are homogeneous but for their bumps. */
             homogeneous?: boolean | null;
             /** @description True: programs read 0 for the inputs p5 and p6, so materials are isotropic. */
             isotropic?: boolean | null;

@@ -172,6 +172,7 @@ async fn data_of_an_earlier_version_has_no_tags_and_its_hidden_lineages_can_be_r
         "ALTER TABLE lineage DROP COLUMN start",
         "ALTER TABLE generation DROP COLUMN steer_json",
         "ALTER TABLE generation DROP COLUMN painting_json",
+        "ALTER TABLE generation DROP COLUMN bumps",
         "DELETE FROM _sqlx_migrations WHERE version >= 15",
     ] {
         sqlx::query(sql).execute(&mut database).await.unwrap();

@@ -9,6 +9,7 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
+import { bumps, bumpsLive } from "./bumps.mjs";
 import { compare, compareByFinger } from "./compare.mjs";
 import { comparison, comparisonByFinger } from "./comparison.mjs";
 import { edited, editedByFinger, editedLive } from "./edited.mjs";
@@ -261,12 +262,13 @@ async function wide(app) {
   app.quiet();
 }
 
-async function coming(app) {
+async function coming(app, base) {
   const shot = shotOf(app);
   await materials(app, step, shot);
   await compare(app, step, shot);
   await comparison(app, step, shot);
   await models(app, step, shot, binary);
+  await bumps(app, step, shot, base);
   await painted(app, step, shot);
   await surroundings(app, step, shot);
   await sceneImages(app, step, shot);
@@ -309,6 +311,7 @@ async function drawn(app, base) {
   await paintedLive(app, step, shot, base);
   await neighboursLive(app, step, shot, base);
   await film(app, step, shot, base);
+  await bumpsLive(app, step, shot, base);
   await limitedLive(app, step, shot, base);
   await modelsLive(app, step, shot, base);
   await editedLive(app, step, shot, base);

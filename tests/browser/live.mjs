@@ -161,11 +161,12 @@ const recordedLit = (page) =>
 
 /**
  * Asserts that live frames equal the server's pictures with the light at an angle, in the
- * lineage's scene or another; `most` is the largest share of pixels apart in the median of frames.
+ * lineage's scene or another; `most` is the largest share of pixels apart in the median of frames,
+ * `query` more parameters of the server's pictures.
  */
-export async function asServerDraws(app, generation, light_deg, base, scene = null, most = APART_SHARE) {
+export async function asServerDraws(app, generation, light_deg, base, scene = null, most = APART_SHARE, query = "") {
   const found = [];
-  const light = `&light_deg=${light_deg}`;
+  const light = `&light_deg=${light_deg}${query}`;
   for (const slot of [0, 2, 4, 7, 9, 12, 13, 16, 19]) {
     const both = await bothPictures(app, generation, slot, base, light, scene);
     found.push(await apart(app.page, ...both));

@@ -101,7 +101,11 @@ export const breed = (lineageId, { parents, knobs, locks, count }) =>
       steer: parents.length > 0 ? knobs.steer : [],
       painting: knobs.painting ?? undefined,
       curation: "diverse",
-      constraints: { isotropic: knobs.isotropic, homogeneous: knobs.homogeneous },
+      constraints: {
+        isotropic: knobs.isotropic,
+        homogeneous: knobs.homogeneous,
+        bumps: knobs.bumps,
+      },
     },
   });
 

@@ -13,7 +13,8 @@ export const CHANNELS = ["r", "g", "b"];
 export const CHANNEL_WORDS = { r: "red", g: "green", b: "blue" };
 
 /** @param {Locks} of */
-export const anyLocked = (of) => Object.values(of).some((list) => list.length > 0);
+export const anyLocked = (of) =>
+  Object.values(of).some((part) => (Array.isArray(part) ? part.length > 0 : part));
 
 /** @param {number} count @param {string} noun */
 const counted = (count, noun) =>
@@ -32,9 +33,8 @@ export function locksInWords(of) {
     ["effects", "effect"],
     ["effect_parameters", "parameter of an effect"],
   ]);
-  return [...kinds.flatMap(([kind, noun]) => counted(of[kind].length, noun)), ...channels].join(
-    ", ",
-  );
+  const lists = kinds.flatMap(([kind, noun]) => counted(of[kind].length, noun));
+  return [...lists, ...channels, ...(of.bump ? ["bumps"] : [])].join(", ");
 }
 
 /**
@@ -53,6 +53,12 @@ const byNumber = (a, b) => a - b;
 function announceLocks() {
   const words = locksInWords(lineageStore.locks.value);
   pageStore.announcement.value = words ? `Locked: ${words}.` : "Nothing is locked.";
+}
+
+export function toggleBumpLock() {
+  const { bump } = lineageStore.locks.value;
+  lineageStore.locks.value = { ...lineageStore.locks.value, bump: !bump };
+  announceLocks();
 }
 
 /** @param {"instructions"|"constants"|"layers"} kind @param {number} at */

@@ -218,6 +218,7 @@ export async function open(id, wanted, begin = beginAtRandom) {
       recombination: bred?.recombination ?? 0.5,
       isotropic: target?.constraints?.isotropic ?? isEven(of, "isotropic"),
       homogeneous: target?.constraints?.homogeneous ?? isEven(of, "homogeneous"),
+      bumps: target?.constraints?.bumps ?? null,
       saturation: target?.saturation ?? of.saturation,
       energy_limit: target?.energy_limit ?? of.energy_limit,
       steer: bred?.steer ?? [],

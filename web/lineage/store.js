@@ -27,6 +27,7 @@ export const noLocks = () => ({
   parameters: [],
   effects: [],
   effect_parameters: [],
+  bump: false,
 });
 
 /** True if a generation is one genome that was edited by hand. @param {Outline} of */
@@ -74,6 +75,7 @@ class LineageStore {
     recombination: 0.5,
     isotropic: false,
     homogeneous: false,
+    bumps: null,
     saturation: DEFAULT_SATURATION,
     energy_limit: false,
     steer: [],

@@ -34,18 +34,32 @@ export const METER_GAIN = 2 ** -44;
 /** Slope of the sRGB curve there. */
 const METER_SLOPE = 12.92;
 
-/** Shading of a pixel under the lights. @param {number} lights */
-const lighting = (lights) => `
+/** True if exported code is that of a material with bumps. @param {string} source */
+const hasBumps = (source) => source.includes("vec2 evolved_slopes(");
+
+/**
+ * Direction across u: n cross u, or its opposite where the texture of a material with bumps is
+ * mirrored.
+ * @param {string} evolved
+ */
+const across = (evolved) =>
+  hasBumps(evolved)
+    ? "vec3(0.0, dFdx(eye.z) * dFdy(eye.w) < dFdx(eye.w) * dFdy(eye.z) ? -1.0 : 1.0, 0.0)"
+    : "vec3(0.0, 1.0, 0.0)";
+
+/** Shading of a pixel under the lights. @param {string} evolved @param {number} lights */
+const lighting = (evolved, lights) => `
   float coverage = 0.0;
   vec3 radiance = vec3(0.0);
   vec4 eye = texelFetch(seen, at, 0);
   vec3 wo = vec3(eye.xy, max(1e-4, sqrt(max(0.0, 1.0 - dot(eye.xy, eye.xy)))));
+  vec3 y = ${across(evolved)};
   ${lights > 1 ? `for (int k = 0; k < ${lights}; k++)` : "const int k = 0;"}
   {
     vec4 light = texelFetch(lit, at + ivec2(0, (first + k) * side), 0);
     coverage = light.w;
     vec3 wi = vec3(light.xy, sqrt(max(0.0, 1.0 - dot(light.xy, light.xy))));
-    vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), eye.zw);
+    vec3 f = evolved(wi, wo, vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), y, eye.zw);
     radiance += f * intensities[k] * light.z;
   }`;
 
@@ -78,7 +92,7 @@ out vec4 color;
 ${linear ? "" : FILM + DEVELOPED}
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;
-  ${lights > 0 ? lighting(lights) : NO_LIGHT}
+  ${lights > 0 ? lighting(evolved, lights) : NO_LIGHT}
   ${surrounded ? "radiance += around * texelFetch(surroundings, at, 0).rgb;" : ""}
   color = vec4(${linear ? "radiance" : "developed(toned(radiance * gain), coverage)"}, 1.0) * coverage;
 }`;

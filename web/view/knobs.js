@@ -31,6 +31,17 @@ function turn(key, value) {
   lineageStore.knobs.value = { ...lineageStore.knobs.value, [key]: value };
 }
 
+/** Whether children have bumps. */
+const Bumps = () => html`
+  <div class="row"><span>Bumps</span>
+    <${Choice} id="bumps" name="Bumps of new children" value=${String(lineageStore.knobs.value.bumps)} options=${[
+      { value: "null", name: "as parents", title: "Children have bumps if their parents do" },
+      { value: "true", name: "all", title: "All new children have bumps, which are bred with them" },
+      { value: "false", name: "none", title: "New children are smooth" },
+    ]} onInput=${(/** @type {string} */ value) => (lineageStore.knobs.value = { ...lineageStore.knobs.value, bumps: JSON.parse(value) })} />
+  </div>
+`;
+
 function Breeding() {
   const painted = lineageStore.painted.value;
   const withoutBrdf = lineageStore.withoutBrdf.value;
@@ -46,6 +57,7 @@ function Breeding() {
       <${ProblemBox} place="recombination" />
       <${Slider} id="saturation" name="Saturation" title="Colourfulness of new children; 0 is grey" value=${saturation} disabled=${withoutBrdf} min=${0} max=${1} step=${0.01} shown=${saturation.toFixed(2)} onInput=${(/** @type {number} */ to) => turn("saturation", to)} onCommit=${saveSaturation} />
       <${ProblemBox} place="saturation" />
+      ${!painted && html`<${Bumps} />`}
       <div class="chips">
         <${Switch} id="isotropic" name="isotropic" on=${isotropic} title="New children look the same when the surface is rotated about its normal" onInput=${(/** @type {boolean} */ on) => (lineageStore.knobs.value = { ...lineageStore.knobs.value, isotropic: on })} />
         <${Switch} id="homogeneous" name="homogeneous" on=${homogeneous} title="New children have no texture" onInput=${(/** @type {boolean} */ on) => (lineageStore.knobs.value = { ...lineageStore.knobs.value, homogeneous: on })} />

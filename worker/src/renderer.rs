@@ -238,8 +238,34 @@ impl Renderer {
         self.shaded(&shot, programs, finish)
     }
 
-    /// As [`Renderer::images`], for the part of the scene that a shot shows.
+    /// As [`Renderer::images`], for the part of the scene that a shot shows. Programs with the same
+    /// bumps share their samples.
     pub(crate) fn shaded<T: Send>(
+        &self,
+        shot: &Shot<'_>,
+        programs: &[&Program],
+        finish: impl Fn(&Program, &dyn EvaluatedPicture) -> Result<T, RenderError> + Sync,
+    ) -> Result<Vec<T>, RenderError> {
+        let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
+        for first in 0..programs.len() {
+            if done[first].is_some() {
+                continue;
+            }
+            let bumps = programs[first].bumps();
+            let places = (first..programs.len()).filter(|at| programs[*at].bumps() == bumps);
+            let places: Vec<usize> = places.collect();
+            let own: Vec<&Program> = places.iter().map(|at| programs[*at]).collect();
+            let view = shot.view.with_bumps(programs[first]);
+            let shot = Shot { view, film: shot.film, area: shot.area, ..*shot };
+            for (place, image) in places.into_iter().zip(self.shaded_alike(&shot, &own, &finish)?) {
+                done[place] = Some(image);
+            }
+        }
+        Ok(done.into_iter().flatten().collect())
+    }
+
+    /// As [`Renderer::shaded`], for programs with the bumps of the shot's view.
+    fn shaded_alike<T: Send>(
         &self,
         shot: &Shot<'_>,
         programs: &[&Program],

@@ -1,7 +1,7 @@
 //! Tests of the renderer: pictures do not depend on batch, area, caches or backend.
 
-use brood_eval::Developed;
-use brood_genome::{BirthKey, Dialect, Variation};
+use brood_eval::{Developed, encode_srgb};
+use brood_genome::{BirthKey, Dialect, DialectConstraints, Genome, Variation};
 use brood_mesh::BuiltinMesh;
 use brood_program::Program;
 use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
@@ -35,6 +35,71 @@ fn picture_does_not_depend_on_rest_of_batch() {
         assert_eq!(picture.key, frame.key(program));
         assert!(picture.samples > 0 && picture.operations >= picture.samples);
     }
+}
+
+#[test]
+fn bumps_are_rendered_in_any_batch_and_area() {
+    let constraints = DialectConstraints { bumps: Some(true), ..Default::default() };
+    let random = Variation::random(Dialect::default()).with_constraints(constraints);
+    let birth = |slot| random.birth(BirthKey { seed: 8, slot, attempt: 0 });
+    let bumped: Vec<Program> = (0..4).map(|slot| Program::lower(&birth(slot))).collect();
+    let flat: Vec<Program> = bumped.iter().map(|program| program.clone().without_bumps()).collect();
+    let all: Vec<&Program> = bumped.iter().chain(&flat).collect();
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Knob);
+    let lit = r#"{"lights": [{}, {"kind": "environment", "image": "studio"}]}"#;
+    for scene in [Scene::default(), serde_json::from_str(lit).unwrap()] {
+        let how = (PictureFormat::Png, Backend::Cpu);
+        let frame = Frame::new(&scene, MeshSource::Builtin, 32, Sampling::Adaptive, how);
+        let together = renderer.develop(&frame, &mesh, &all).unwrap();
+        let area: PixelArea = "5,9,20,3".parse().unwrap();
+        for (at, program) in all.iter().enumerate() {
+            let fresh = Renderer::new(Backend::Cpu);
+            let alone = fresh.develop(&frame, &mesh, &[program]).unwrap();
+            assert_eq!(alone[0], together[at]);
+            let part = fresh.develop(&frame.clone().with_area(Some(area)), &mesh, &[program]);
+            let first = 4 * (9 * 32 + 5);
+            assert_eq!(part.unwrap()[0].rgba[..80], together[at].rgba[first..first + 80]);
+        }
+        assert!((0..4).any(|at| together[at] != together[at + 4]), "bumps are visible");
+    }
+}
+
+#[test]
+fn bumps_turn_the_normal_of_a_lambertian() {
+    // A height that grows along u: on the sphere's equator the normal turns by 45 degrees about
+    // the pole, so that the picture under a far lamp is that of a lamp which has turned.
+    let text = "brood 1\n.model lambert\nalbedo 1 1 1\n.bump MOV R0, R0.x\n";
+    let program = Program::lower(&text.parse::<Genome>().unwrap());
+    let renderer = Renderer::new(Backend::Cpu);
+    let mesh = renderer.builtin(BuiltinMesh::Sphere);
+    let json = r#"{"mesh": "sphere", "camera": {"orthographic": 1.05},
+        "lights": [{"kind": "directional", "direction": [0, 0, -1]}], "film": {"exposure": 0}}"#;
+    let scene: Scene = serde_json::from_str(json).unwrap();
+    let how = (PictureFormat::Png, Backend::Cpu);
+    let side = 201;
+    let frame = Frame::new(&scene, MeshSource::Builtin, side, Sampling::Fixed(1), how);
+    let picture = renderer.develop(&frame, &mesh, &[&program]).unwrap().remove(0);
+    let row = side / 2;
+    let codes = (0..side).map(|x| picture.rgba[4 * (row * side + x) as usize..][..4].to_vec());
+    let codes: Vec<Vec<u8>> = codes.collect();
+    let covered: Vec<usize> = (0..codes.len()).filter(|x| codes[*x][3] == 255).collect();
+    let (first, last) = (covered[0] as f64 - 0.5, covered[covered.len() - 1] as f64 + 0.5);
+    let expected = |x: usize, turn: f64| {
+        let across = (2.0 * (x as f64 - first) / (last - first) - 1.0).clamp(-1.0, 1.0);
+        let angle = across.asin() + turn;
+        let is_above = across.asin().cos() > 0.0;
+        let cosine = if is_above { angle.cos().max(0.0) } else { 0.0 };
+        // A directional light's irradiance is pi, so the radiance is the cosine.
+        f64::from(encode_srgb(cosine as f32))
+    };
+    let off = |turn: f64| {
+        let inner = covered.iter().filter(|x| (10..covered.len() - 10).contains(&(**x - covered[0])));
+        inner.map(|x| (f64::from(codes[*x][0]) - expected(*x, turn)).abs()).fold(0.0, f64::max)
+    };
+    let quarter = std::f64::consts::FRAC_PI_4;
+    let best = off(quarter).min(off(-quarter));
+    assert!(best < 4.0 && off(0.0) > 40.0, "{best} {}", off(0.0));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use brood_eval::LitBackdrop;
+use brood_eval::{LitBackdrop, texture_bumps};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
@@ -176,6 +176,17 @@ impl<'a> SceneView<'a> {
         shares.resize(self.parts(), 0.0);
         shares[0] = clearness(program);
         self.with_clear(&shares)
+    }
+
+    /// Returns the view whose part has the bumps of a material.
+    pub(crate) fn with_bumps(&self, program: &Program) -> Self {
+        let Some(bumps) = program.bumps() else { return self.clone() };
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(self.key.as_bytes()).update(b"bumps");
+        hasher.update(bumps.code().hash().as_bytes());
+        hasher.update(&bumps.is_negative().map(u8::from));
+        let stage = self.stage.clone().with_bumps(texture_bumps(program));
+        Self { stage, key: hasher.finalize(), ..self.clone() }
     }
 
     pub(crate) fn scene(&self) -> &Scene {

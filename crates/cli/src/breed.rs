@@ -83,6 +83,9 @@ pub struct BreedArgs {
     /// Children are homogeneous: the same everywhere on the surface
     #[arg(long)]
     pub homogeneous: bool,
+    /// on: children have bumps, which vary with them; off: none has; by default as their parents
+    #[arg(long, value_name = "on|off", value_parser = on_off)]
+    pub bumps: Option<bool>,
     #[command(flatten)]
     pub frame: FrameArgs,
     /// Folder for the genomes and the sheet
@@ -203,6 +206,7 @@ impl BreedArgs {
             constraints: DialectConstraints {
                 isotropic: self.isotropic.then_some(true),
                 homogeneous: self.homogeneous.then_some(true),
+                bumps: self.bumps,
             },
             saturation: self.saturation,
             energy_limit: self.limit,

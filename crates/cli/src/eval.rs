@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use brood_bench::material_file::{self, MaterialFile};
 use brood_bench::{logging, output};
 use brood_brdf::{Brdf, DirectionPair, pairs_from_csv};
-use brood_eval::energy_limit;
+use brood_eval::{TurnedPair, energy_limit};
 use brood_program::Program;
 use brood_protocol::Backend;
 use brood_scene::SampleSet;
@@ -127,16 +127,20 @@ fn evaluate(
     program: &Program,
     rows: &[Row],
 ) -> Result<Vec<[f32; 3]>> {
-    let (directions, uvs): (Vec<_>, Vec<_>) =
-        rows.iter().map(|(pair, uv)| (*pair, DVec2::from(*uv))).unzip();
-    let set = SampleSet::from_pairs(&directions, &uvs);
-    let f = renderer.reflectance(backend, &[program], &set)?;
+    let turned: Vec<TurnedPair> =
+        rows.iter().map(|(pair, uv)| TurnedPair::new(program, *pair, (*uv).into())).collect();
+    let pairs: Vec<DirectionPair> = turned.iter().map(|turned| turned.pair).collect();
+    let uvs: Vec<DVec2> = rows.iter().map(|(_, uv)| (*uv).into()).collect();
+    let f = renderer.reflectance(backend, &[program], &SampleSet::from_pairs(&pairs, &uvs))?;
     let count = rows.len();
-    let value = |(index, pair): (usize, &DirectionPair)| {
-        let above = pair.cos_i() > 0.0 && pair.cos_o() > 0.0;
-        if above { [f[index], f[count + index], f[2 * count + index]] } else { [0.0; 3] }
+    let value = |(index, (pair, _)): (usize, &Row)| {
+        if pair.cos_i() <= 0.0 || pair.cos_o() <= 0.0 {
+            return [0.0; 3];
+        }
+        let factor = turned[index].factor as f32;
+        [0, 1, 2].map(|channel| factor * f[channel * count + index])
     };
-    Ok(directions.iter().enumerate().map(value).collect())
+    Ok(rows.iter().enumerate().map(value).collect())
 }
 
 /// Reads the direction pairs with their texture positions, which are 0 without the columns u and v.

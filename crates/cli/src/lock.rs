@@ -22,7 +22,8 @@ impl FromStr for LockWords {
                 _ => parse_word(word, &mut locks).ok_or_else(|| {
                     format!(
                         "unknown lock `{word}`: expected an instruction number, a constant as C5, a channel r, g or b, a \
-                         layer as L0, a parameter as L0.roughness, an effect as light or its parameter as light.palette"
+                         layer as L0, a parameter as L0.roughness, an effect as light or its parameter as light.palette, \
+                         or bump"
                     )
                 })?,
             }
@@ -42,6 +43,8 @@ fn parse_word(word: &str, locks: &mut Locks) -> Option<()> {
                 locks.parameters.push(lock);
             }
         }
+    } else if word == "bump" {
+        locks.bump = true;
     } else if let Some(digits) = word.strip_prefix('C') {
         locks.constants.push(digits.parse().ok()?);
     } else if let Some(effect) = EffectKind::from_name(word) {
@@ -72,8 +75,9 @@ mod tests {
                 effect: EffectKind::Light,
                 name: "palette".to_owned(),
             }],
+            bump: true,
         };
-        assert_eq!("12, C5,r,0,b,L1,L0.f0,silhouette,light.palette".parse(), Ok(LockWords(locks)));
+        assert_eq!("12, C5,r,0,b,L1,L0.f0,silhouette,light.palette,bump".parse(), Ok(LockWords(locks)));
         for text in ["", "x", "C", "C300", "-1", "12,,r", "L", "Lx", "L0.", "glow", "glow.to"] {
             let error = text.parse::<LockWords>().unwrap_err();
             assert!(error.contains("unknown lock"), "{text}: {error}");

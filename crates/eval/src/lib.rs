@@ -21,6 +21,7 @@
 //! assert!(!encode_png(picture.width, picture.height, &picture.rgba).is_empty());
 //! ```
 
+mod bumps;
 mod canonical;
 pub mod conformance;
 mod derivative;
@@ -43,6 +44,7 @@ mod rounding;
 mod steering;
 
 pub use brood_brdf::{Level, SimdKernel};
+pub use bumps::{TurnedPair, texture_bumps};
 pub use canonical::CanonicalEvaluator;
 pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{

@@ -1,7 +1,7 @@
 //! Scalar code of a program, one assignment per line, because long expressions overflow compilers.
 
 use brood_genome::Output;
-use brood_program::{Operand, Operation, Program, Range, StepRange, step_ranges};
+use brood_program::{Bumps, Operand, Operation, Program, Range, StepRange, step_ranges};
 
 use crate::input;
 use crate::source::{let_line, number};
@@ -9,16 +9,8 @@ use crate::source::{let_line, number};
 /// Lines that read the inputs by their names, and `models` if there are layers, and return f, or
 /// the colours of a painted program. Valid for texture coordinates in [-`uv`, `uv`].
 pub(crate) fn lines(program: &Program, uv: f32) -> String {
-    let ranges = step_ranges(program, |input| {
-        let bound = input::bound(input, uv);
-        Range { low: -bound, high: bound }
-    });
     let value = |operand| value(program, operand);
-    let mut text = String::new();
-    for (index, (step, range)) in program.steps().iter().zip(&ranges).enumerate() {
-        let call = call(step.operation, &value(step.a), &value(step.b), range);
-        text += &let_line("f32", &format!("s{index}"), &call);
-    }
+    let mut text = steps(program, uv);
     if program.is_color() {
         let [red, green, blue] = program.results().map(value);
         return text + &format!("  return vec3f({red}, {green}, {blue});\n");
@@ -32,6 +24,31 @@ pub(crate) fn lines(program: &Program, uv: f32) -> String {
     }
     text += &output(program.output());
     text + "  return vec3f(o0, o1, o2);\n"
+}
+
+/// Lines that read u and v and return the slopes of bumps along them.
+pub(crate) fn slopes(bumps: &Bumps, uv: f32) -> String {
+    let code = bumps.code();
+    let slope = |along: usize| {
+        let value = value(code, code.results()[along]);
+        if bumps.is_negative()[along] { format!("-{value}") } else { value }
+    };
+    steps(code, uv) + &format!("  return vec2f({}, {});\n", slope(0), slope(1))
+}
+
+/// Lines of the steps of a program.
+fn steps(program: &Program, uv: f32) -> String {
+    let ranges = step_ranges(program, |input| {
+        let bound = input::bound(input, uv);
+        Range { low: -bound, high: bound }
+    });
+    let value = |operand| value(program, operand);
+    let mut text = String::new();
+    for (index, (step, range)) in program.steps().iter().zip(&ranges).enumerate() {
+        let call = call(step.operation, &value(step.a), &value(step.b), range);
+        text += &let_line("f32", &format!("s{index}"), &call);
+    }
+    text
 }
 
 /// Square of a result plus the reflectance of the models.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use brood_genome::RANGE;
-use brood_program::Program;
+use brood_program::{Bumps, Program};
 
 use crate::format::Format;
 use crate::language::Language;
@@ -20,6 +20,8 @@ use crate::{body, input, library};
 ///   reflectance of its models if it has any.
 /// - `evolved_models(wi, wo)`: reflectance of the models, for directions in the local frame; only
 ///   if there are models.
+/// - `evolved_slopes(u, v)` and `evolved_flat(wi, wo, n, x, y, uv)`, f about the normal that bumps
+///   turn; only if there are bumps. Then y must be the direction across x along which v grows.
 ///
 /// # Error
 /// `evolved_program` has the bits of the canonical evaluator if the compiler keeps to IEEE
@@ -48,7 +50,13 @@ pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
         text += &layers.functions();
     }
     text += &evolved_program(program, uv);
-    text += &evolved(program);
+    match program.bumps() {
+        None => text += &evolved(program, ""),
+        Some(bumps) => {
+            text += &evolved(program, "_flat");
+            text += &turned(bumps, uv);
+        }
+    }
     let language = format.language().expect("BRDFs are exported in a language");
     assembled(&head(program, &layers, format, uv), &text, language)
 }
@@ -74,13 +82,14 @@ fn evolved_program(program: &Program, uv: f32) -> String {
     text + &format!(".\nfn evolved_program({parameters}) -> vec3f {{\n{lines}}}\n\n")
 }
 
-fn evolved(program: &Program) -> String {
+/// Function `evolved`, or that about the normal which bumps turn if `suffix` is not empty.
+fn evolved(program: &Program, suffix: &str) -> String {
     let mut text = "// f(wi, wo) in 1/sr, without the cosine of wi. wi: direction to the light; wo: direction\n\
              // to the eye (if it is below the surface, move it to a cosine of 1e-4); n: normal;\n\
              // x: tangent along u; y: n cross x; uv: texture coordinates. All directions must be\n\
-             // unit and in one space.\n\
-             fn evolved(wi: vec3f, wo: vec3f, n: vec3f, x: vec3f, y: vec3f, uv: vec2f) -> vec3f {\n"
+             // unit and in one space.\n"
         .to_owned();
+    text += &head_of_evolved(suffix);
     text += &input::lines(program.inputs());
     let mut arguments: Vec<String> = program.inputs().iter().map(input::name).collect();
     if !program.layers().is_empty() {
@@ -94,8 +103,46 @@ fn evolved(program: &Program) -> String {
     text
 }
 
+fn head_of_evolved(suffix: &str) -> String {
+    format!(
+        "fn evolved{suffix}(wi: vec3f, wo: vec3f, n: vec3f, x: vec3f, y: vec3f, uv: vec2f) -> vec3f {{\n"
+    )
+}
+
+/// Function `evolved` of a material with bumps.
+fn turned(bumps: &Bumps, uv: f32) -> String {
+    let slopes = body::slopes(bumps, uv);
+    let head = head_of_evolved("");
+    format!(
+        "\n// Slopes of the bumps: changes of their height by u and by v.\n\
+         fn evolved_slopes(tex_u: f32, tex_v: f32) -> vec2f {{\n{slopes}}}\n\n\
+         // As evolved_flat, with the normal that the bumps turn, times the ratio of the cosines of wi.\n\
+         // y: perpendicular to n and x, where v grows; the opposite of n cross x where the texture is\n\
+         // mirrored.\n\
+         {head}{TURNED}"
+    )
+}
+
+/// Body of `evolved` with bumps: twin of `TurnedPair::new` in brood-eval.
+const TURNED: &str = "  let slopes: vec2f = evolved_slopes(uv.x, uv.y);
+  let m: vec3f = normalize(n - x * slopes.x - y * slopes.y);
+  let cos_i: f32 = dot(wi, n);
+  let cos_m: f32 = dot(wi, m);
+  if (cos_i <= 0.0 || cos_m <= 0.0) {
+    return vec3f(0.0, 0.0, 0.0);
+  }
+  let t: vec3f = normalize(x - m * dot(m, x));
+  let up: f32 = dot(wo, m);
+  let level: vec3f = wo - m * up;
+  let above: vec3f = level * (1.0 / max(length(level), 1e-9)) + m * 1e-4;
+  let eye: vec3f = wo * step(1e-9, up) + above * (1.0 - step(1e-9, up));
+  return evolved_flat(wi, eye, m, t, cross(m, t), uv) * (cos_m / cos_i);
+}
+";
+
 fn head(program: &Program, layers: &Layers<'_>, format: Format, uv: f32) -> String {
     let properties = match layers.are_reciprocal() {
+        _ if program.bumps().is_some() => "never negative, but not reciprocal because it has bumps",
         true => "reciprocal and never negative",
         false => "never negative, but not reciprocal because one of its models is not",
     };
@@ -125,7 +172,7 @@ pub(crate) fn preamble(format: Format, uv: f32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use brood_genome::{BirthKey, Dialect, Genome, ModelKind, OpcodeSet, Output, Variation};
+    use brood_genome::{BirthKey, Dialect, DialectConstraints, Genome, ModelKind, OpcodeSet, Output, Variation};
 
     use super::*;
     use crate::{Within, conformance, print};
@@ -145,6 +192,7 @@ mod tests {
         programs.push(Program::lower(&black.parse::<Genome>().unwrap()));
         programs.extend(models().iter().map(|case| case.program.clone()));
         programs.extend(models().chunks(7).map(over_a_program));
+        programs.extend(bumped());
         programs
     }
 
@@ -159,6 +207,16 @@ mod tests {
                 .to_owned();
         cases.iter().take(2).for_each(|case| text += &case.model.to_string());
         Program::lower(&text.parse::<Genome>().unwrap())
+    }
+
+    fn bumped() -> Vec<Program> {
+        let constraints = DialectConstraints { bumps: Some(true), ..Default::default() };
+        let random = Variation::random(Dialect::default()).with_constraints(constraints);
+        let birth = |slot| random.birth(BirthKey { seed: 5, slot, attempt: 0 });
+        let mut programs: Vec<Program> = (0..12).map(|slot| Program::lower(&birth(slot))).collect();
+        let text = "brood 1\n.model cook-torrance\n.bump strength -2\n.bump SPL R0, R0.x\n";
+        programs.push(Program::lower(&text.parse::<Genome>().unwrap()));
+        programs
     }
 
     #[test]

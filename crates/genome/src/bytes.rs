@@ -2,7 +2,7 @@
 
 use crate::effect::{PALETTE_MAX, PALETTE_MIN};
 use crate::{
-    CONSTANTS, Dialect, Effect, EffectImage, EffectKind, EffectsError, Genome, GenomeError,
+    BUMP_LENGTH_MAX, Bump, CONSTANTS, Dialect, Effect, EffectImage, EffectKind, EffectsError, Genome, GenomeError,
     GenomeHash, ImageHash, Instruction, InstructionError, LAYERS_MAX, Model, ModelKind, Opcode,
     OpcodeSet, Operand, Output, OutputError, Palette, Parameter, ParameterValues, Parametrisation,
     Register, Swizzle, WriteMask,
@@ -59,9 +59,9 @@ pub enum BytesError {
 
 impl Genome {
     /// Returns all parts of the genome in a fixed order: dialect, instructions, constants, output
-    /// stage, layers, effects; numbers as little-endian bits. The energy limit and the presence of
-    /// layers and of effects are bits of one byte, so that genomes without them keep the bytes of
-    /// earlier versions.
+    /// stage, layers, effects, bumps (strength, number of instructions, instructions, constants);
+    /// numbers as little-endian bits. The energy limit and the presence of layers, effects and
+    /// bumps are bits of one byte, so that genomes without them keep the bytes of earlier versions.
     #[must_use]
     pub fn canonical_bytes(&self) -> Vec<u8> {
         let mut bytes = HEAD.to_vec();
@@ -70,6 +70,7 @@ impl Genome {
             OpcodeSet::Paper => 0,
             OpcodeSet::Extended => 1,
             OpcodeSet::Directed => 2,
+            OpcodeSet::Surface => unreachable!("a genome is not a program of bumps"),
         });
         bytes.push(match dialect.parametrisation {
             Parametrisation::Smooth => 0,
@@ -78,15 +79,13 @@ impl Genome {
         bytes.push(dialect.registers);
         bytes.extend(dialect.length.to_le_bytes());
         let has_layers = !self.layers().is_empty();
-        // Bits 0 to 4 of one byte.
+        // Bits 0 to 5 of one byte.
         let Dialect { isotropic, homogeneous, .. } = *dialect;
-        let switches = [isotropic, homogeneous, self.is_limited(), has_layers, self.is_painted()];
+        let (is_limited, has_bump) = (self.is_limited(), self.bump().is_some());
+        let switches =
+            [isotropic, homogeneous, is_limited, has_layers, self.is_painted(), has_bump];
         bytes.push((0..).zip(switches).map(|(bit, on)| u8::from(on) << bit).sum());
-        for instruction in self.instructions() {
-            bytes.extend([instruction.opcode().number(), instruction.dst()]);
-            bytes.push(instruction.write_mask().bits());
-            instruction.operands().for_each(|operand| bytes.extend(operand_bytes(operand)));
-        }
+        write_instructions(self, &mut bytes);
         let output = self.output();
         let numbers = self.constants().iter().flatten().chain(output.matrix().iter().flatten());
         for number in numbers.chain(output.scale()).chain(output.offset()) {
@@ -105,6 +104,14 @@ impl Genome {
             bytes.push(u8::try_from(self.effects().len()).expect("there are few effects"));
         }
         self.effects().iter().for_each(|effect| write_effect(effect, &mut bytes));
+        if let Some(bump) = self.bump() {
+            let program = bump.program();
+            bytes.extend(bump.strength().to_bits().to_le_bytes());
+            bytes.extend(program.dialect().length.to_le_bytes());
+            write_instructions(program, &mut bytes);
+            let numbers = program.constants().as_flattened().iter();
+            bytes.extend(numbers.flat_map(|number| number.to_bits().to_le_bytes()));
+        }
         bytes
     }
 
@@ -115,19 +122,14 @@ impl Genome {
     pub fn from_canonical_bytes(bytes: &[u8]) -> Result<Self, BytesError> {
         let body = bytes.strip_prefix(HEAD).ok_or(BytesError::Head)?;
         let mut reader = Reader { total: bytes.len(), rest: body };
-        let (dialect, [limited, has_layers, has_effects]) = reader.dialect()?;
+        let (dialect, [limited, has_layers, has_effects, has_bump]) = reader.dialect()?;
         let validated = match has_effects {
             true => dialect.validate_painted(),
             false => dialect.validate(),
         };
         validated.map_err(GenomeError::from)?;
-        let instructions = (0..usize::from(dialect.length))
-            .map(|index| reader.instruction(index, &dialect))
-            .collect::<Result<_, _>>()?;
-        let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
-        for constant in constants.iter_mut().flatten() {
-            *constant = reader.number()?;
-        }
+        let instructions = reader.instructions(&dialect)?;
+        let constants = reader.constants()?;
         let mut numbers = [[0.0; 3]; 5];
         for number in numbers.iter_mut().flatten() {
             *number = reader.number()?;
@@ -135,10 +137,14 @@ impl Genome {
         let [red, green, blue, scale, offset] = numbers;
         let layers = if has_layers { reader.layers()? } else { Vec::new() };
         let effects = if has_effects { reader.effects()? } else { Vec::new() };
+        let bump = if has_bump { Some(reader.bump()?) } else { None };
         if !reader.rest.is_empty() {
             return Err(BytesError::Length(reader.at()));
         }
         let output = Output::new([red, green, blue], scale, offset)?;
+        if has_effects && has_bump {
+            return Err(GenomeError::PaintedBump.into());
+        }
         let is_plain = !limited && !has_layers && output == Output::IDENTITY;
         if has_effects && is_plain {
             return Ok(Self::painted(dialect, instructions, constants, effects)?);
@@ -147,7 +153,7 @@ impl Genome {
             return Err(GenomeError::from(EffectsError::NotByBrdf).into());
         }
         let genome = Self::layered(dialect, instructions, constants, output, layers)?;
-        let genome = genome.with_limit(limited);
+        let genome = genome.with_limit(limited).with_bump(bump);
         if has_effects { Ok(genome.with_effects(effects)?) } else { Ok(genome) }
     }
 
@@ -188,8 +194,34 @@ impl Reader<'_> {
         Ok(f32::from_le_bytes(self.take()?))
     }
 
-    /// Reads the dialect, the energy limit, and whether there are layers and effects.
-    fn dialect(&mut self) -> Result<(Dialect, [bool; 3]), BytesError> {
+    fn instructions(&mut self, dialect: &Dialect) -> Result<Vec<Instruction>, BytesError> {
+        (0..usize::from(dialect.length)).map(|index| self.instruction(index, dialect)).collect()
+    }
+
+    fn constants(&mut self) -> Result<Box<[[f32; 4]; CONSTANTS]>, BytesError> {
+        let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
+        for constant in constants.iter_mut().flatten() {
+            *constant = self.number()?;
+        }
+        Ok(constants)
+    }
+
+    /// Reads bumps. Rejects a strength that would be stored with other bits (-0).
+    fn bump(&mut self) -> Result<Bump, BytesError> {
+        let (at, strength) = (self.at(), self.number()?);
+        let length = u16::from_le_bytes(self.take()?);
+        if strength.to_bits() == (-0.0_f32).to_bits() {
+            return Err(BytesError::Byte { at, value: 0x80 });
+        }
+        if usize::from(length) > BUMP_LENGTH_MAX {
+            return Err(GenomeError::BumpLength(length.into()).into());
+        }
+        let instructions = self.instructions(&Bump::dialect(length.into()))?;
+        Ok(Bump::new(strength, instructions, self.constants()?)?)
+    }
+
+    /// Reads the dialect, the energy limit, and whether there are layers, effects and bumps.
+    fn dialect(&mut self) -> Result<(Dialect, [bool; 4]), BytesError> {
         let opcodes = self.byte(|byte| match byte {
             0 => Some(OpcodeSet::Paper),
             1 => Some(OpcodeSet::Extended),
@@ -203,11 +235,11 @@ impl Reader<'_> {
         })?;
         let registers = self.byte(Some)?;
         let length = u16::from_le_bytes(self.take()?);
-        let [isotropic, homogeneous, limited, has_layers, has_effects] =
-            self.byte(|byte| (byte < 32).then_some([1, 2, 4, 8, 16].map(|bit| byte & bit != 0)))?;
+        let [isotropic, homogeneous, limited, has_layers, has_effects, has_bump] = self
+            .byte(|byte| (byte < 64).then_some([1, 2, 4, 8, 16, 32].map(|bit| byte & bit != 0)))?;
         let dialect =
             Dialect { opcodes, parametrisation, registers, length, isotropic, homogeneous };
-        Ok((dialect, [limited, has_layers, has_effects]))
+        Ok((dialect, [limited, has_layers, has_effects, has_bump]))
     }
 
     /// Reads the layers, at least one.
@@ -326,6 +358,14 @@ impl Reader<'_> {
 /// True if both have the same bits.
 fn has_bits(made: &[f64], read: &[f64]) -> bool {
     made.iter().zip(read).all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+fn write_instructions(genome: &Genome, bytes: &mut Vec<u8>) {
+    for instruction in genome.instructions() {
+        bytes.extend([instruction.opcode().number(), instruction.dst()]);
+        bytes.push(instruction.write_mask().bits());
+        instruction.operands().for_each(|operand| bytes.extend(operand_bytes(operand)));
+    }
 }
 
 /// Writes the number of an effect's kind, its palette if the kind has one (number of colours, their

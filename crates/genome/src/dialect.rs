@@ -16,6 +16,8 @@ pub enum OpcodeSet {
     /// As extended, with inputs of the first light, the eye and the depth in R10 and R11 that
     /// change when the directions are exchanged. For programs of painted materials only.
     Directed,
+    /// The opcodes of extended, and the inputs u and v alone. For programs of bumps only.
+    Surface,
 }
 
 /// Rules for the genomes of a lineage. Fixed within a lineage, except `isotropic` and
@@ -64,6 +66,9 @@ pub enum DialectError {
     /// Only painted materials read directed inputs.
     #[error("the opcode set `directed` is for genomes with effects that are not `by brdf`")]
     Directed,
+    /// Only bumps are functions of the position alone.
+    #[error("the opcode set `surface` is for bumps")]
+    Surface,
     /// The length is above 1024.
     #[error("length must be between 0 and 1024, got {0}")]
     Length(u16),
@@ -116,6 +121,7 @@ impl Dialect {
     pub fn validate(&self) -> Result<(), DialectError> {
         match self.opcodes {
             OpcodeSet::Directed => Err(DialectError::Directed),
+            OpcodeSet::Surface => Err(DialectError::Surface),
             OpcodeSet::Paper | OpcodeSet::Extended => self.validate_painted(),
         }
     }
@@ -129,6 +135,7 @@ impl Dialect {
             OpcodeSet::Paper => 4,
             OpcodeSet::Extended => 10,
             OpcodeSet::Directed => 12,
+            OpcodeSet::Surface => return Err(DialectError::Surface),
         };
         if !(min..=16).contains(&self.registers) {
             return Err(DialectError::Registers { min, given: self.registers });
@@ -153,6 +160,14 @@ impl Dialect {
     /// Initial value of component 0..4 of temporary register `register`.
     #[must_use]
     pub fn initial(&self, register: u8, component: usize) -> InitialValue {
+        if self.opcodes == OpcodeSet::Surface {
+            return match component {
+                0 => InitialValue::Input(Input::U),
+                1 => InitialValue::Input(Input::V),
+                2 => InitialValue::One,
+                _ => InitialValue::Zero,
+            };
+        }
         if self.opcodes != OpcodeSet::Paper && (7..10).contains(&register) {
             return self.extended(register, component);
         }
@@ -226,9 +241,13 @@ pub struct DialectConstraints {
     /// True: programs read 0 for the inputs p5 and p6, so materials are isotropic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub isotropic: Option<bool>,
-    /// True: programs read 0 for u and v, so materials are homogeneous.
+    /// True: programs read 0 for u and v, so materials are homogeneous but for their bumps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub homogeneous: Option<bool>,
+    /// True: random children, and those that mutate, have bumps. False: no child has any. Default:
+    /// children have bumps if their parents do. Painted materials have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bumps: Option<bool>,
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use crate::effect::{self, Effect, EffectsError};
 use crate::{
-    CONSTANTS, Dialect, DialectError, ImageHash, Instruction, InstructionError, Model, Opcode,
+    BUMP_LENGTH_MAX, BUMP_STRENGTH_MAX, Bump, CONSTANTS, Dialect, DialectError, ImageHash, Instruction, InstructionError, Model, Opcode,
     Operand, Output, RANGE, Register, Swizzle, WriteMask,
 };
 
@@ -17,7 +17,7 @@ pub const LAYERS_MAX: usize = 4;
 /// program: R0.xyz after the last instruction. A genome without a program has length 0, and at
 /// least one layer or effect. A genome with effects has no layers, the identity as output stage and
 /// no energy limit, unless its light effect is `by brdf`: then it is a BRDF and effects that paint
-/// it.
+/// it. A BRDF without effects may have bumps, which turn the normal at which it is evaluated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Genome {
     dialect: Dialect,
@@ -27,6 +27,7 @@ pub struct Genome {
     limited: bool,
     layers: Vec<Model>,
     effects: Vec<Effect>,
+    bump: Option<Box<Bump>>,
 }
 
 /// Error of [`Genome::layered`] and [`Genome::painted`].
@@ -68,6 +69,15 @@ pub enum GenomeError {
         /// The value.
         value: f32,
     },
+    /// The program of bumps is empty or too long.
+    #[error("bumps must have 1 to {BUMP_LENGTH_MAX} instructions, got {0}")]
+    BumpLength(usize),
+    /// The strength of bumps is not finite or too large.
+    #[error("the strength of bumps must be between -{BUMP_STRENGTH_MAX} and {BUMP_STRENGTH_MAX}, got {0}")]
+    BumpStrength(f32),
+    /// Effects and bumps together.
+    #[error("a painted material has no bumps")]
+    PaintedBump,
 }
 
 impl Genome {
@@ -108,9 +118,22 @@ impl Genome {
         if instructions.is_empty() && layers.is_empty() && dialect.length == 0 {
             return Err(GenomeError::Empty);
         }
-        let limited = false;
-        let effects = Vec::new();
-        Self { dialect, instructions, constants, output, limited, layers, effects }.checked()
+        let (limited, effects, bump) = (false, Vec::new(), None);
+        Self { dialect, instructions, constants, output, limited, layers, effects, bump }.checked()
+    }
+
+    /// Creates a program of the position on the surface and checks all its parts but the dialect.
+    pub(crate) fn of_surface(
+        (dialect, instructions, constants): (
+            Dialect,
+            Vec<Instruction>,
+            Box<[[f32; 4]; CONSTANTS]>,
+        ),
+        output: Output,
+    ) -> Result<Self, GenomeError> {
+        let (limited, layers, effects, bump) = (false, Vec::new(), Vec::new(), None);
+        Self { dialect, instructions, constants, output, limited, layers, effects, bump }
+            .with_checked_code()
     }
 
     /// Creates a painted genome and checks all its parts. It may have a program or not.
@@ -127,8 +150,8 @@ impl Genome {
             return Err(GenomeError::Empty);
         }
         Effect::check_all(&effects)?;
-        let (output, limited, layers) = (Output::IDENTITY, false, Vec::new());
-        Self { dialect, instructions, constants, output, limited, layers, effects }.checked()
+        let (output, limited, layers, bump) = (Output::IDENTITY, false, Vec::new(), None);
+        Self { dialect, instructions, constants, output, limited, layers, effects, bump }.checked()
     }
 
     /// Creates a painted genome without a program.
@@ -144,9 +167,12 @@ impl Genome {
     ///
     /// # Errors
     /// Returns [`GenomeError`] if the effects do not belong together or are not `by brdf`, or the
-    /// genome has no BRDF.
+    /// genome has no BRDF or has bumps.
     pub fn with_effects(self, effects: Vec<Effect>) -> Result<Self, GenomeError> {
         Effect::check_all(&effects)?;
+        if self.bump.is_some() {
+            return Err(GenomeError::PaintedBump);
+        }
         match effect::are_by_brdf(&effects) {
             true => Self { effects, ..self }.checked(),
             false => Err(EffectsError::NotByBrdf.into()),
@@ -155,7 +181,7 @@ impl Genome {
 
     /// Returns the genome if its dialect, layers, instructions and constants are valid.
     fn checked(self) -> Result<Self, GenomeError> {
-        let Self { dialect, instructions, constants, layers, .. } = &self;
+        let Self { dialect, instructions, layers, .. } = &self;
         match self.has_brdf() {
             true => dialect.validate()?,
             false => dialect.validate_painted()?,
@@ -166,6 +192,12 @@ impl Genome {
         if layers.len() > LAYERS_MAX {
             return Err(GenomeError::Layers(layers.len()));
         }
+        self.with_checked_code()
+    }
+
+    /// Returns the genome if its instructions and constants are valid in its dialect.
+    fn with_checked_code(self) -> Result<Self, GenomeError> {
+        let Self { dialect, instructions, constants, .. } = &self;
         if instructions.len() != usize::from(dialect.length) {
             let given = instructions.len();
             return Err(GenomeError::Length { expected: dialect.length, given });
@@ -236,6 +268,19 @@ impl Genome {
     #[must_use]
     pub fn has_brdf(&self) -> bool {
         !self.is_painted() || self.is_by_brdf()
+    }
+
+    /// Bumps of a BRDF; `None` if its surface is as the mesh.
+    #[inline]
+    #[must_use]
+    pub fn bump(&self) -> Option<&Bump> {
+        self.bump.as_deref()
+    }
+
+    /// Returns the genome with other bumps. A painted genome stays as it is.
+    #[must_use]
+    pub fn with_bump(self, bump: Option<Bump>) -> Self {
+        if self.is_painted() { self } else { Self { bump: bump.map(Box::new), ..self } }
     }
 
     /// Constants C0 to C127.

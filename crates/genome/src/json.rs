@@ -12,7 +12,7 @@ use pointer::{escaped, pointer};
 
 use crate::text::{parse_destination, parse_operand};
 use crate::{
-    CONSTANTS, Dialect, EffectsError, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
+    Bump, CONSTANTS, Dialect, EffectsError, Genome, GenomeError, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
     Output,
 };
 
@@ -44,13 +44,33 @@ struct GenomeJson {
     limit: bool,
     /// By name, C0 to C127.
     #[serde(default)]
-    constants: BTreeMap<String, [f32; 4]>,
+    constants: ConstantsJson,
     #[serde(default)]
     instructions: Vec<InstructionJson>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     layers: Vec<LayerJson>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effects: Vec<EffectJson>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    bump: Option<BumpJson>,
+}
+
+/// Constants that are not 0, by name.
+type ConstantsJson = BTreeMap<String, [f32; 4]>;
+
+/// Bumps: their strength, by default 1, and their program.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BumpJson {
+    #[serde(default = "one")]
+    strength: f32,
+    #[serde(default)]
+    constants: ConstantsJson,
+    instructions: Vec<InstructionJson>,
+}
+
+fn one() -> f32 {
+    1.0
 }
 
 /// A model and its parameters. Parameters that are missing have their defaults.
@@ -87,8 +107,6 @@ impl Genome {
         let identity = Output::IDENTITY;
         let output = self.output();
         let other = |differs: bool| differs.then_some(());
-        let constants = self.constants().iter().enumerate();
-        let given = constants.filter(|(_, constant)| constant.iter().any(|v| v.to_bits() != 0));
         let json = GenomeJson {
             brood: 1,
             dialect: *self.dialect(),
@@ -96,10 +114,15 @@ impl Genome {
             scale: other(output.scale() != identity.scale()).map(|()| *output.scale()),
             offset: other(output.offset() != identity.offset()).map(|()| *output.offset()),
             limit: self.is_limited(),
-            constants: given.map(|(index, constant)| (format!("C{index}"), *constant)).collect(),
+            constants: constants_json(self),
             instructions: self.instructions().iter().map(instruction_json).collect(),
             layers: self.layers().iter().map(layer_json).collect(),
             effects: self.effects().iter().map(EffectJson::of).collect(),
+            bump: self.bump().map(|bump| BumpJson {
+                strength: bump.strength(),
+                constants: constants_json(bump.program()),
+                instructions: bump.program().instructions().iter().map(instruction_json).collect(),
+            }),
         };
         serde_json::to_value(json).expect("a genome holds finite numbers and strings only")
     }
@@ -123,23 +146,16 @@ impl Genome {
             false => json.dialect.validate_painted(),
         };
         validated.map_err(|e| error("/dialect".into(), e.to_string()))?;
-        let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
-        for (name, constant) in &json.constants {
-            let index = name.strip_prefix('C').and_then(|digits| digits.parse::<usize>().ok());
-            match index.and_then(|index| constants.get_mut(index)) {
-                Some(slot) => *slot = *constant,
-                None => {
-                    let reason = "constants are named C0 to C127".to_owned();
-                    return Err(error("/constants".into(), reason));
-                }
-            }
-        }
-        let mut instructions = Vec::with_capacity(json.instructions.len().min(1024));
-        for (index, instruction) in json.instructions.iter().enumerate() {
-            let parsed = parse_instruction(instruction, &json.dialect)
-                .map_err(|(at, reason)| error(format!("/instructions/{index}{at}"), reason))?;
-            instructions.push(parsed);
-        }
+        let constants = parse_constants(&json.constants)
+            .map_err(|reason| error("/constants".into(), reason))?;
+        let instructions = parse_instructions(&json.instructions, &json.dialect)
+            .map_err(|(at, reason)| error(format!("/instructions{at}"), reason))?;
+        let bump = json.bump.as_ref().map(|bump| match effects.is_empty() {
+            true => parse_bump(bump),
+            false => Err((String::new(), GenomeError::PaintedBump.to_string())),
+        });
+        let bump =
+            bump.transpose().map_err(|(at, reason)| error(format!("/bump{at}"), reason))?;
         if json.layers.len() > LAYERS_MAX {
             let reason = format!("a genome can have at most {LAYERS_MAX} models");
             return Err(error(format!("/layers/{LAYERS_MAX}"), reason));
@@ -167,7 +183,7 @@ impl Genome {
         )
         .map_err(|e| error("/matrix".into(), e.to_string()))?;
         let genome = Self::layered(json.dialect, instructions, constants, output, layers)
-            .map(|genome| genome.with_limit(json.limit));
+            .map(|genome| genome.with_limit(json.limit).with_bump(bump));
         let painted = |genome: Self| match effects.is_empty() {
             true => Ok(genome),
             false => genome.with_effects(effects),
@@ -192,6 +208,55 @@ fn check_unpainted(json: &GenomeJson) -> Result<(), JsonError> {
         }
         None => Ok(()),
     }
+}
+
+/// Returns the constants that are not 0.
+fn constants_json(genome: &Genome) -> ConstantsJson {
+    let constants = genome.constants().iter().enumerate();
+    let given = constants.filter(|(_, constant)| constant.iter().any(|v| v.to_bits() != 0));
+    given.map(|(index, constant)| (format!("C{index}"), *constant)).collect()
+}
+
+fn parse_constants(json: &ConstantsJson) -> Result<Box<[[f32; 4]; CONSTANTS]>, String> {
+    let mut constants = Box::new([[0.0; 4]; CONSTANTS]);
+    for (name, constant) in json {
+        let index = name.strip_prefix('C').and_then(|digits| digits.parse::<usize>().ok());
+        let slot = index.and_then(|index| constants.get_mut(index));
+        *slot.ok_or("constants are named C0 to C127")? = *constant;
+    }
+    Ok(constants)
+}
+
+/// Parses instructions. An error is a JSON pointer relative to the list, and a reason.
+fn parse_instructions(
+    json: &[InstructionJson],
+    dialect: &Dialect,
+) -> Result<Vec<Instruction>, (String, String)> {
+    let mut instructions = Vec::with_capacity(json.len().min(1024));
+    for (index, instruction) in json.iter().enumerate() {
+        let parsed = parse_instruction(instruction, dialect)
+            .map_err(|(at, reason)| (format!("/{index}{at}"), reason))?;
+        instructions.push(parsed);
+    }
+    Ok(instructions)
+}
+
+/// Parses bumps. An error is a JSON pointer relative to the bumps, and a reason.
+fn parse_bump(json: &BumpJson) -> Result<Bump, (String, String)> {
+    let BumpJson { strength, constants, instructions } = json;
+    let dialect = Bump::dialect(instructions.len());
+    let constants =
+        parse_constants(constants).map_err(|reason| ("/constants".to_owned(), reason))?;
+    let instructions = parse_instructions(instructions, &dialect)
+        .map_err(|(at, reason)| (format!("/instructions{at}"), reason))?;
+    Bump::new(*strength, instructions, constants).map_err(|error| {
+        let at = match error {
+            GenomeError::BumpStrength(_) => "/strength",
+            GenomeError::BumpLength(_) => "/instructions",
+            _ => "",
+        };
+        (at.to_owned(), error.to_string())
+    })
 }
 
 fn instruction_json(instruction: &Instruction) -> InstructionJson {
@@ -256,14 +321,15 @@ fn serde_path(value: serde_json::Value) -> Result<GenomeJson, (String, String)> 
 /// Checks the constants before deserialisation, because f32 fields would read 1e39 as infinity and
 /// the pointer must be exact.
 fn check_numbers(value: &serde_json::Value) -> Result<(), (String, String)> {
-    let Some(constants) = value.get("constants").and_then(|v| v.as_object()) else {
-        return Ok(());
-    };
-    for (name, list) in constants {
-        for (place, number) in list.as_array().into_iter().flatten().enumerate() {
-            if number.as_f64().is_none_or(|v| v.abs() > f64::from(crate::RANGE)) {
-                let reason = "not a number from -65504 to 65504".to_owned();
-                return Err((format!("/constants/{name}/{place}"), reason));
+    for prefix in ["", "/bump"] {
+        let at = format!("{prefix}/constants");
+        let constants = value.pointer(&at).and_then(|v| v.as_object());
+        for (name, list) in constants.into_iter().flatten() {
+            for (place, number) in list.as_array().into_iter().flatten().enumerate() {
+                if number.as_f64().is_none_or(|v| v.abs() > f64::from(crate::RANGE)) {
+                    let reason = "not a number from -65504 to 65504".to_owned();
+                    return Err((format!("{at}/{name}/{place}"), reason));
+                }
             }
         }
     }

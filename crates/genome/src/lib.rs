@@ -26,6 +26,7 @@
 
 mod arithmetic;
 pub mod believable;
+mod bump;
 mod bytes;
 mod dialect;
 mod effect;
@@ -54,6 +55,7 @@ mod variation;
 
 pub use arithmetic::{Arithmetic, Function};
 pub use brood_brdf::named_enum;
+pub use bump::{BUMP_LENGTH_MAX, BUMP_STRENGTH_MAX, Bump};
 pub use bytes::BytesError;
 pub use dialect::{Dialect, DialectConstraints, DialectError, InitialValue, OpcodeSet};
 pub use effect::{

@@ -49,6 +49,9 @@ pub struct Locks {
     /// Parameters of effects whose values to keep; also keeps the effect.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub effect_parameters: Vec<EffectLock>,
+    /// True to keep the bumps, or that there are none.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub bump: bool,
 }
 
 /// A parameter of a layer.
@@ -149,9 +152,9 @@ impl Locks {
     pub fn is_empty(&self) -> bool {
         let Self { instructions, constants, channels, .. } = self;
         let programs = instructions.is_empty() && constants.is_empty() && channels.is_empty();
-        let Self { layers, parameters, effects, effect_parameters, .. } = self;
+        let Self { layers, parameters, effects, effect_parameters, bump, .. } = self;
         let models = layers.is_empty() && parameters.is_empty();
-        programs && models && effects.is_empty() && effect_parameters.is_empty()
+        !bump && programs && models && effects.is_empty() && effect_parameters.is_empty()
     }
 
     /// Checks that everything locked exists in a parent.

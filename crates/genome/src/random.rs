@@ -68,6 +68,12 @@ pub enum Operator {
     RecombineEffects = 23,
     /// Colours of a painting for effects.
     Painting = 24,
+    /// Random bumps.
+    RandomBump = 25,
+    /// Mutation of bumps.
+    MutateBump = 26,
+    /// Choice between the bumps of two parents.
+    RecombineBump = 27,
 }
 
 /// Computes one block of Philox4x32-10.

@@ -36,7 +36,7 @@ fn words_are_refused_when_they_contradict_or_do_not_fit_the_parents() {
     for parent in [drawn(Start::Believable, 0), phong] {
         assert_eq!(check(&[KeepColour], &[&parent]), Ok(()));
     }
-    let constraints = DialectConstraints { homogeneous: Some(true), isotropic: None };
+    let constraints = DialectConstraints { homogeneous: Some(true), isotropic: None, bumps: None };
     let error = Err(SteerError::NoPattern(MorePattern));
     assert_eq!(Steer::check(&[MorePattern], &[&wild], constraints), error);
     let lambert = Genome::of_models(vec![Model::new(ModelKind::Lambert)]).unwrap();

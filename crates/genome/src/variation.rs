@@ -1,5 +1,6 @@
 //! Genetic operators: pure functions of a key and the parents that return one child.
 
+mod bump;
 mod draft;
 mod layer;
 mod mutate;
@@ -14,11 +15,12 @@ use crate::effect;
 use crate::locks::{LockedEffects, ResolvedLocks};
 use crate::steer::Kept;
 use crate::{
-    BirthKey, Dialect, DialectConstraints, EffectKind, Genome, Locks, Output, PaintingPalette,
+    BirthKey, Bump, Dialect, DialectConstraints, EffectKind, Genome, Locks, Output, PaintingPalette,
     Palette, Start, Steer,
 };
 use draft::Draft;
 pub use strength::MutationScale;
+use strength::{Part, Strength};
 
 /// A way to make children: random, mutation or crossover, with its options.
 #[derive(Debug, Clone, Copy)]
@@ -102,7 +104,8 @@ impl<'a> Variation<'a> {
         Self::of(Origin::Recombine { first, second, recombination, mutation })
     }
 
-    /// Overrides the isotropic and homogeneous switches of the children.
+    /// Overrides the isotropic and homogeneous switches of the children, and whether they have
+    /// bumps.
     #[must_use]
     pub fn with_constraints(self, constraints: DialectConstraints) -> Self {
         Self { constraints, ..self }
@@ -242,6 +245,7 @@ impl<'a> Variation<'a> {
     #[must_use]
     pub fn birth(&self, key: BirthKey) -> Genome {
         let mut draft = self.draft(key);
+        draft.bump = self.bump(key);
         if let Some(painting) = self.painting
             && !draft.effects.is_empty()
         {
@@ -251,6 +255,31 @@ impl<'a> Variation<'a> {
             paint::color(&mut draft.effects, painting, key, locked);
         }
         self.finish(draft)
+    }
+
+    /// Returns the bumps of the child of a key, which BRDFs have.
+    fn bump(&self, key: BirthKey) -> Option<Bump> {
+        let strength =
+            |mutation| Strength::new(mutation, Part::Believable, self.scale).amount;
+        let (inherited, amount) = match self.origin {
+            Origin::Random(_) => (None, 1.0),
+            Origin::Mutate { parent, mutation } => (parent.bump().cloned(), strength(mutation)),
+            Origin::Recombine { first, second, recombination, mutation } => {
+                (bump::recombine((first, second), recombination, key), strength(mutation))
+            }
+        };
+        let first = self.parents().next();
+        if let (Some(first), true) = (first, self.locks.is_some_and(|locks| locks.bump)) {
+            return first.bump().cloned();
+        }
+        match inherited {
+            Some(mut bump) => {
+                bump::mutate(&mut bump, amount, key);
+                Some(bump)
+            }
+            None if self.constraints.bumps == Some(true) && amount > 0.0 => Some(bump::random(key)),
+            None => None,
+        }
     }
 
     fn draft(&self, key: BirthKey) -> Draft {
@@ -305,7 +334,7 @@ impl<'a> Variation<'a> {
     /// Modules that believable children may have under the constraints, if the parents have these
     /// dialects, or random children this one.
     fn modules<const N: usize>(&self, dialects: [&Dialect; N]) -> Structure {
-        let DialectConstraints { isotropic, homogeneous } = self.constraints;
+        let DialectConstraints { isotropic, homogeneous, bumps: _ } = self.constraints;
         let all = |is: fn(&Dialect) -> bool| dialects.into_iter().all(is);
         let isotropic = isotropic.unwrap_or_else(|| all(|dialect| dialect.isotropic));
         let homogeneous = homogeneous.unwrap_or_else(|| all(|dialect| dialect.homogeneous));
@@ -349,7 +378,9 @@ impl<'a> Variation<'a> {
             draft.dialect.homogeneous = homogeneous;
         }
         draft.output = self.output.unwrap_or(draft.output);
-        let Draft { dialect, instructions, constants, output, limited, layers, effects } = draft;
+        let is_flat = self.constraints.bumps == Some(false);
+        let bump = draft.bump.take().filter(|_| !is_flat);
+        let Draft { dialect, instructions, constants, output, limited, layers, effects, .. } = draft;
         if !effects.is_empty() && !effect::are_by_brdf(&effects) {
             return Genome::painted(dialect, instructions, constants, effects)
                 .expect("operators keep to the rules of effects");
@@ -358,7 +389,7 @@ impl<'a> Variation<'a> {
             .expect("operators keep to the dialect")
             .with_limit(self.limited.unwrap_or(limited));
         match effects.is_empty() {
-            true => brdf,
+            true => brdf.with_bump(bump),
             false => brdf.with_effects(effects).expect("operators keep to the rules of effects"),
         }
     }

@@ -3,10 +3,10 @@
 
 use brood_genome::{Arithmetic, Input};
 
-use crate::{Constant, Operand, Program};
+use crate::{Constant, Meaning, Operand, Program};
 
 /// Runs a program for one sample and returns the reflectance of the three channels, without layers;
-/// or the colour, if the results are colours.
+/// or the results themselves, if they are colours or slopes.
 ///
 /// # Shapes
 /// `inputs` returns the value of an input, `constant` the value of a constant in this arithmetic;
@@ -41,7 +41,7 @@ pub fn execute_layered<T: Arithmetic>(
         values.push(step.operation.apply(a, b));
     }
     let results = program.results().map(|operand| read(&values, operand));
-    if program.is_color() {
+    if matches!(program.meaning(), Meaning::Color | Meaning::Slopes) {
         return results;
     }
     let squares = results.map(Arithmetic::square);

@@ -23,6 +23,7 @@
 
 mod brood;
 mod build;
+mod bump;
 mod counts;
 mod execute;
 mod hash;
@@ -39,6 +40,7 @@ pub use brood::{
     BroodRequest, Child, Draw, DrawScorer, MAX_REDRAWS, MAX_UNWANTED_REDRAWS, make_brood,
     settle_brood, settle_scored,
 };
+pub use bump::Bumps;
 pub use counts::{Counts, written_operations};
 pub use execute::{execute, execute_layered};
 pub use hash::ProgramHash;

@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use brood_genome::{Genome, Liveness, Model, Output, expand};
 
 use crate::build::{Builder, Node, Reference};
-use crate::{Constant, Meaning, Operand, Program, Step};
+use crate::{Bumps, Constant, Meaning, Operand, Program, Step};
 
 /// Buffers of lowering, reused for the next genome because allocating them takes as long as
 /// lowering itself.
@@ -31,12 +31,14 @@ impl Program {
     /// A painted genome becomes a [`Meaning::Style`].
     #[must_use]
     pub fn lower(genome: &Genome) -> Self {
-        SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
+        let program = SCRATCH.with_borrow_mut(|Scratch { liveness, builder, collected }| {
             liveness.find(genome);
             builder.clear(false);
             let results = expand(genome, liveness, builder);
             collected.collect(builder, results, genome)
-        })
+        });
+        let bumps = genome.bump().and_then(Bumps::lower).map(Box::new);
+        Self { bumps, ..program }
     }
 }
 
@@ -99,6 +101,7 @@ impl Collected {
             output: Output::IDENTITY,
             layers: Vec::new(),
             meaning,
+            bumps: None,
         }
     }
 

@@ -3,7 +3,7 @@
 
 use brood_genome::{Effect, Input, InputMask, Model, Output};
 
-use crate::Operation;
+use crate::{Bumps, Operation};
 
 /// A folded constant with its value in each arithmetic.
 #[derive(Debug, Clone, Copy)]
@@ -55,6 +55,8 @@ pub enum Meaning {
     Style(Vec<Effect>),
     /// Colours of a display, within [0, 1].
     Color,
+    /// Slopes of bumps.
+    Slopes,
 }
 
 /// Live scalar code: steps that read only earlier steps, three results, layers of models, and the
@@ -63,7 +65,8 @@ pub enum Meaning {
 /// # Invariants
 /// Every step is reachable from a result. Steps are in post-order from the red, the green and the
 /// blue result, so equal programs have equal words whatever genome they came from. Results are g up
-/// to sign, or colours. Only BRDFs, and styles that paint one, have layers and an output stage.
+/// to sign, colours, or slopes up to sign. Only BRDFs, and styles that paint one, have layers and an
+/// output stage; only BRDFs have bumps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     pub(crate) steps: Vec<Step>,
@@ -72,6 +75,7 @@ pub struct Program {
     pub(crate) output: Output,
     pub(crate) layers: Vec<Model>,
     pub(crate) meaning: Meaning,
+    pub(crate) bumps: Option<Box<Bumps>>,
 }
 
 impl Program {
@@ -103,6 +107,13 @@ impl Program {
     #[must_use]
     pub fn layers(&self) -> &[Model] {
         &self.layers
+    }
+
+    /// Returns the bumps, which turn the normal before the directions are measured from it; `None`
+    /// if the surface is as the mesh.
+    #[must_use]
+    pub fn bumps(&self) -> Option<&Bumps> {
+        self.bumps.as_deref()
     }
 
     /// Returns the meaning of the results.
@@ -138,10 +149,16 @@ impl Program {
         matches!(self.meaning, Meaning::Color)
     }
 
-    /// Returns the same code without layers and output stage: g^2 alone.
+    /// Returns the same code without layers, output stage and bumps: g^2 alone.
     #[must_use]
     pub fn bare(&self) -> Self {
-        Self { output: Output::IDENTITY, layers: Vec::new(), ..self.clone() }
+        Self { output: Output::IDENTITY, layers: Vec::new(), bumps: None, ..self.clone() }
+    }
+
+    /// Returns the program without bumps: the BRDF about the normal that they turn.
+    #[must_use]
+    pub fn without_bumps(self) -> Self {
+        Self { bumps: None, ..self }
     }
 
     /// Returns the program at one texture position: the inputs u and v become constants. The values

@@ -12,7 +12,11 @@
 //! Styles and programs of colours have versions of their own, too. The effects of a style follow
 //! the steps, see `style.rs`. A style that paints a BRDF has a version for its layers, of which
 //! there may be none: they are between the steps and the effects.
+//!
+//! Programs with bumps have a version of their own, too, again with layers of which there may be
+//! none. The bumps follow the layers, see `bump.rs`.
 
+mod bump;
 mod part;
 mod style;
 
@@ -28,6 +32,8 @@ const LAYERED_VERSION: u32 = 0x4252_4402;
 const STYLE_VERSION: u32 = 0x4252_4403;
 const COLOR_VERSION: u32 = 0x4252_4404;
 const BRDF_STYLE_VERSION: u32 = 0x4252_4405;
+const SLOPES_VERSION: u32 = 0x4252_4406;
+const BUMPED_VERSION: u32 = 0x4252_4407;
 /// Number of words before the output stage.
 const HEADER: usize = 6;
 /// Number of words of the output stage: matrix, scale and offset.
@@ -45,11 +51,13 @@ impl Program {
     #[must_use]
     pub fn to_words(&self) -> Vec<u32> {
         let version = match &self.meaning {
+            Meaning::Reflectance if self.bumps.is_some() => BUMPED_VERSION,
             Meaning::Reflectance if self.layers.is_empty() => VERSION,
             Meaning::Reflectance => LAYERED_VERSION,
             Meaning::Style(_) if self.is_by_brdf() => BRDF_STYLE_VERSION,
             Meaning::Style(_) => STYLE_VERSION,
             Meaning::Color => COLOR_VERSION,
+            Meaning::Slopes => SLOPES_VERSION,
         };
         let mut words = vec![version, length(self.constants.len()), length(self.steps.len())];
         words.extend(self.results.map(operand_word));
@@ -64,7 +72,7 @@ impl Program {
             words.push(u32::from(step.operation.number()) << 24 | operand_word(step.a));
             words.push(operand_word(step.b));
         }
-        if matches!(version, LAYERED_VERSION | BRDF_STYLE_VERSION) {
+        if matches!(version, LAYERED_VERSION | BRDF_STYLE_VERSION | BUMPED_VERSION) {
             words.push(length(self.layers.len()));
         }
         for model in &self.layers {
@@ -73,6 +81,9 @@ impl Program {
         }
         if let Meaning::Style(effects) = &self.meaning {
             style::write(effects, &mut words);
+        }
+        if let Some(bumps) = self.bumps() {
+            bump::write(bumps, &mut words);
         }
         words
     }
@@ -84,8 +95,8 @@ impl Program {
     pub fn from_words(words: &[u32]) -> Result<Self, WordsError> {
         let header = words.get(..HEADER).ok_or(WordsError::Length)?;
         let (has_layers, is_style) = match header[0] {
-            VERSION | COLOR_VERSION => (false, false),
-            LAYERED_VERSION => (true, false),
+            VERSION | COLOR_VERSION | SLOPES_VERSION => (false, false),
+            LAYERED_VERSION | BUMPED_VERSION => (true, false),
             STYLE_VERSION => (false, true),
             BRDF_STYLE_VERSION => (true, true),
             _ => return Err(WordsError::Version),
@@ -103,9 +114,10 @@ impl Program {
         }
         let reader = Reader { words, constants };
         let (layers, end) = match has_layers {
-            true => reader.layers(first_layer, if is_style { 0 } else { 1 })?,
+            true => reader.layers(first_layer, usize::from(header[0] == LAYERED_VERSION))?,
             false => (Vec::new(), first_layer),
         };
+        let is_bumped = header[0] == BUMPED_VERSION;
         let mut program = Self {
             steps: Vec::with_capacity(steps),
             constants: Vec::with_capacity(constants),
@@ -115,13 +127,15 @@ impl Program {
             meaning: match header[0] {
                 STYLE_VERSION | BRDF_STYLE_VERSION => Meaning::Style(style::read(words, end)?),
                 COLOR_VERSION => Meaning::Color,
+                SLOPES_VERSION => Meaning::Slopes,
                 _ => Meaning::Reflectance,
             },
+            bumps: if is_bumped { Some(Box::new(bump::read(words, end)?)) } else { None },
         };
         if is_style && program.is_by_brdf() != has_layers {
             return Err(WordsError::Effect(end));
         }
-        if !is_style && end != words.len() {
+        if !is_style && !is_bumped && end != words.len() {
             return Err(WordsError::Length);
         }
         for index in 0..constants {

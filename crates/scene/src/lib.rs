@@ -37,6 +37,6 @@ pub use prefiltered::{
 pub use sample_set::{
     ImageLayout, LeavingRay, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError,
     PixelRun, PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Seen, Toggles,
-    WayOut,
+    WayOut, above_horizon,
 };
-pub use stage::Stage;
+pub use stage::{Stage, TextureBumps};

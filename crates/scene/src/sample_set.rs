@@ -38,6 +38,7 @@ mod values;
 mod view;
 
 pub use clear::WayOut;
+pub use frame::above_horizon;
 pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
 pub use lit_angles::{LitAngles, Toggles};
 pub use rays::Seen;

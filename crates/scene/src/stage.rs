@@ -5,7 +5,7 @@ use std::sync::Arc;
 use brood_mesh::angle::rotation_xyz_deg;
 use brood_mesh::trace::{Ray, Stack, Tracer};
 use brood_mesh::{FrameChange, GROUND_RADII, Mesh, UnitFrame};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::description::{Scene, SceneObject};
 
@@ -25,6 +25,17 @@ pub struct Stage<'a> {
     part: usize,
     /// Share of light that passes through each part; `None` if all are opaque.
     clear: Option<Arc<[f64]>>,
+    /// Bumps of the part's material.
+    bumps: Option<Arc<dyn TextureBumps>>,
+}
+
+/// Bumps of a material: a height over the texture, which turns the normals of a part.
+pub trait TextureBumps: std::fmt::Debug + Send + Sync {
+    /// Changes of the height by u and by v at a texture position.
+    ///
+    /// # Domain
+    /// Any finite position; the result is finite.
+    fn slopes(&self, uv: DVec2) -> DVec2;
 }
 
 #[derive(Debug)]
@@ -35,7 +46,7 @@ struct Part<'a> {
 
 impl<'a> From<&'a Mesh> for Stage<'a> {
     fn from(mesh: &'a Mesh) -> Self {
-        Self { mesh, parts: None, part: 0, clear: None }
+        Self { mesh, parts: None, part: 0, clear: None, bumps: None }
     }
 }
 
@@ -76,7 +87,7 @@ impl<'a> Stage<'a> {
         let meshes = std::iter::once(subject).chain(others.iter().copied());
         let parts = meshes.zip(frames);
         let parts = parts.map(|(mesh, frame)| Part { mesh, frame: frame.among(reach) });
-        Self { mesh: subject, parts: Some(parts.collect()), part: 0, clear: None }
+        Self { parts: Some(parts.collect()), ..subject.into() }
     }
 
     /// Number of parts.
@@ -86,6 +97,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Returns the stage with another part: 0 for the subject, then the objects, then the ground.
+    /// It has no bumps.
     ///
     /// # Panics
     /// If there is no such part.
@@ -93,7 +105,18 @@ impl<'a> Stage<'a> {
     pub fn with_part(&self, part: usize) -> Self {
         assert!(part < self.count(), "a stage of {} parts has no part {part}", self.count());
         let mesh = self.parts.as_ref().map_or(self.mesh, |parts| parts[part].mesh);
-        Self { mesh, parts: self.parts.clone(), part, clear: self.clear.clone() }
+        Self { mesh, parts: self.parts.clone(), part, clear: self.clear.clone(), bumps: None }
+    }
+
+    /// Returns the stage whose part has a material with bumps.
+    #[must_use]
+    pub fn with_bumps(self, bumps: Option<Arc<dyn TextureBumps>>) -> Self {
+        Self { bumps, ..self }
+    }
+
+    /// Returns the bumps of the part's material.
+    pub(crate) fn bumps(&self) -> Option<Arc<dyn TextureBumps>> {
+        self.bumps.clone()
     }
 
     /// Returns the stage with clear parts, which take only a part of the light of what is behind

@@ -143,7 +143,7 @@ record!(BreedOptions {
     steer = "steer_json",
     painting = "painting_json",
 } and { constraints });
-record!(DialectConstraints { isotropic, homogeneous });
+record!(DialectConstraints { isotropic, homogeneous, bumps });
 
 const CHILDREN: &str = "WHERE individual.generation_id IN (SELECT unhex(value) FROM json_each(?))
      ORDER BY individual.generation_id, individual.slot";

@@ -79,7 +79,7 @@ pub struct PostedSpheresQuery {
 #[utoipa::path(get, path = "/v1/individuals/{id}/lit-spheres", tag = "pictures",
     params(("id" = IndividualId, Path), SpheresQuery),
     responses((status = 200, content_type = "application/octet-stream"),
-        (status = 204, description = "the material is anisotropic, textured or painted"),
+        (status = 204, description = "the material is anisotropic, textured or painted, or has bumps"),
         (status = 304, description = "unchanged")))]
 pub async fn get(
     State(app): State<App>,
@@ -108,7 +108,7 @@ pub async fn get(
 #[utoipa::path(post, path = "/v1/lit-spheres", tag = "pictures", params(PostedSpheresQuery),
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
     responses((status = 200, content_type = "application/octet-stream"),
-        (status = 204, description = "the material is anisotropic, textured or painted")))]
+        (status = 204, description = "the material is anisotropic, textured or painted, or has bumps")))]
 pub async fn post(
     State(app): State<App>,
     Query(query): Query<PostedSpheresQuery>,
@@ -159,14 +159,15 @@ async fn lit_scene(app: &App, id: SceneId, light_deg: Option<f64>) -> Result<Sce
     Ok(scene)
 }
 
-/// Returns the request for the spheres of a material; `None` if it is anisotropic or textured.
+/// Returns the request for the spheres of a material; `None` if it is anisotropic, textured or has
+/// bumps.
 fn request_of(
     app: &App,
     scene: &Scene,
     layout: SphereLayout,
     material: Arc<Material>,
 ) -> Option<PictureRequest> {
-    if !is_prefilterable(&material.program) {
+    if !is_prefilterable(&material.program) || material.program.bumps().is_some() {
         return None;
     }
     let options = (FORMAT, app.backend);

@@ -5,7 +5,8 @@
  * @import { Channel } from "../../model.js"
  */
 import {
-  CHANNELS, CHANNEL_WORDS, anyLocked, locksInWords, onlyTwinsInWords, toggleChannel, unlockAll,
+  CHANNELS, CHANNEL_WORDS, anyLocked, locksInWords, onlyTwinsInWords, toggleBumpLock, toggleChannel,
+  unlockAll,
 } from "../../lineage/locks.js";
 import { lineageStore } from "../../lineage/store.js";
 import { pageStore } from "../../page/store.js";
@@ -50,6 +51,7 @@ export const Locks = () => html`
   <section aria-labelledby="locks-title" id="locks" data-testid="locks">
     <h2 id="locks-title">Locks</h2>
     <${ChannelLocks} prefix="lock" />
+    <div class="chips"><${Switch} id="lock-bumps" name="bumps" label="Lock bumps" on=${lineageStore.locks.value.bump} title="Children keep the bumps, or that there are none" onInput=${toggleBumpLock} /></div>
     <${LockCount} prefix="locks" />
     ${!anyLocked(lineageStore.locks.value) && html`<p class="small">Children keep locked parts. Inspect a genome (I) to lock single parts.</p>`}
     <${ProblemBox} place="locks" />

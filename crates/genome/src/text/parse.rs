@@ -8,7 +8,7 @@ use super::effect::EffectReader;
 use crate::effect::{self, Effect, Palette};
 use crate::operand::LETTERS;
 use crate::{
-    CONSTANTS, Dialect, EffectsError, Genome, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
+    BUMP_LENGTH_MAX, Bump, CONSTANTS, Dialect, EffectsError, Genome, GenomeError, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
     OpcodeSet, Operand, Output, Parametrisation, RANGE, Register, Swizzle, WriteMask,
 };
 
@@ -73,6 +73,15 @@ struct Reader {
     unpainted: Option<&'static str>,
     /// Line and column of the word `brdf` of the light effect.
     by_brdf: Option<(u32, u32)>,
+    bump: Option<BumpReader>,
+}
+
+/// Bumps read so far.
+struct BumpReader {
+    strength: Option<f32>,
+    program: Box<Reader>,
+    /// Line and column of the first line.
+    begin: (u32, u32),
 }
 
 impl Default for Reader {
@@ -92,6 +101,7 @@ impl Default for Reader {
             effect: None,
             unpainted: None,
             by_brdf: None,
+            bump: None,
         }
     }
 }
@@ -111,6 +121,7 @@ impl Reader {
             ".const" => self.constant(cursor),
             ".model" => self.model(cursor, word),
             ".effect" => self.effect(cursor, word),
+            ".bump" => self.bump(cursor, word),
             ".matrix" => {
                 let rows = [triple(cursor)?, triple(cursor)?, triple(cursor)?];
                 once(&mut self.matrix, word, rows)
@@ -161,6 +172,28 @@ impl Reader {
         }
         self.unpainted = self.unpainted.or(name);
         Ok(())
+    }
+
+    /// Reads a line of the bumps: their strength, a constant or an instruction.
+    fn bump(&mut self, cursor: &mut Cursor<'_>, directive: Word<'_>) -> Result<(), TextError> {
+        let bump = self.bump.get_or_insert_with(|| {
+            let dialect = Some(Bump::dialect(BUMP_LENGTH_MAX));
+            let program = Box::new(Self { dialect, ..Self::default() });
+            BumpReader { strength: None, program, begin: (directive.line, directive.column) }
+        });
+        let word = cursor.word("`strength`, `const` or an instruction")?;
+        match word.text {
+            "strength" => {
+                let strength = cursor.number(-RANGE)?;
+                once(&mut bump.strength, word, strength)
+            }
+            "const" => bump.program.constant(cursor),
+            _ if bump.program.instructions.len() == BUMP_LENGTH_MAX => {
+                let reason = GenomeError::BumpLength(BUMP_LENGTH_MAX + 1).to_string();
+                Err(word.error(reason))
+            }
+            _ => bump.program.instruction(cursor, word),
+        }
     }
 
     /// Begins an effect; its parameters are in the next lines.
@@ -302,7 +335,19 @@ impl Reader {
             self.offset.unwrap_or(*identity.offset()),
         )
         .map_err(|e| error(e.to_string()))?;
-        let Self { instructions, constants, layers, effects, by_brdf, .. } = self;
+        let Self { instructions, constants, layers, effects, by_brdf, bump, .. } = self;
+        let begin = bump.as_ref().map(|bump| bump.begin);
+        let at_bump = |reason: GenomeError| {
+            let (line, column) = begin.unwrap_or((last, 1));
+            TextError { line, column, reason: reason.to_string() }
+        };
+        if !effects.is_empty() && bump.is_some() {
+            return Err(at_bump(GenomeError::PaintedBump));
+        }
+        let bump = bump.map(|BumpReader { strength, program, .. }| {
+            Bump::new(strength.unwrap_or(1.0), program.instructions, program.constants)
+        });
+        let bump = bump.transpose().map_err(at_bump)?;
         if let Some((line, column)) = by_brdf.filter(|_| dialect.length == 0 && layers.is_empty()) {
             return Err(TextError { line, column, reason: EffectsError::NoBrdf.to_string() });
         }
@@ -311,7 +356,7 @@ impl Reader {
             return genome.map_err(|e| error(e.to_string()));
         }
         let genome = Genome::layered(dialect, instructions, constants, output, layers);
-        let genome = genome.map(|genome| genome.with_limit(limited));
+        let genome = genome.map(|genome| genome.with_limit(limited).with_bump(bump));
         let painted = |genome: Genome| match effects.is_empty() {
             true => Ok(genome),
             false => genome.with_effects(effects),

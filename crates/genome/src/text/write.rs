@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{Dialect, Genome, OpcodeSet, Output, Parametrisation};
+use crate::{Bump, Dialect, Genome, OpcodeSet, Output, Parametrisation};
 
 impl fmt::Display for Genome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -16,17 +16,33 @@ impl fmt::Display for Genome {
         if self.is_limited() {
             writeln!(f, ".limit on")?;
         }
-        for (index, constant) in self.constants().iter().enumerate() {
-            if constant.iter().any(|value| value.to_bits() != 0) {
-                let [x, y, z, w] = constant.map(number);
-                writeln!(f, ".const C{index} {x} {y} {z} {w}")?;
-            }
-        }
+        write_constants(f, self, ".const")?;
+        self.bump().into_iter().try_for_each(|bump| write!(f, "{bump}"))?;
         self.layers().iter().try_for_each(|model| write!(f, "{model}"))?;
         self.effects().iter().try_for_each(|effect| write!(f, "{effect}"))?;
         // Instructions must be the last lines: the page marks them one by one.
         self.instructions().iter().try_for_each(|instruction| writeln!(f, "{instruction}"))
     }
+}
+
+impl fmt::Display for Bump {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, ".bump strength {}", number(self.strength()))?;
+        write_constants(f, self.program(), ".bump const")?;
+        let mut instructions = self.program().instructions().iter();
+        instructions.try_for_each(|instruction| writeln!(f, ".bump {instruction}"))
+    }
+}
+
+/// Writes the constants that are not 0.
+fn write_constants(f: &mut fmt::Formatter<'_>, of: &Genome, directive: &str) -> fmt::Result {
+    for (index, constant) in of.constants().iter().enumerate() {
+        if constant.iter().any(|value| value.to_bits() != 0) {
+            let [x, y, z, w] = constant.map(number);
+            writeln!(f, "{directive} C{index} {x} {y} {z} {w}")?;
+        }
+    }
+    Ok(())
 }
 
 impl fmt::Display for Dialect {
@@ -37,6 +53,7 @@ impl fmt::Display for Dialect {
             OpcodeSet::Paper => "paper",
             OpcodeSet::Extended => "extended",
             OpcodeSet::Directed => "directed",
+            OpcodeSet::Surface => "surface",
         };
         let parametrisation = match self.parametrisation {
             Parametrisation::Smooth => "smooth",

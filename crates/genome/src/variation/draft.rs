@@ -1,7 +1,7 @@
 //! Parts of a child while the operators change them.
 
 use crate::believable;
-use crate::{CONSTANTS, Dialect, Effect, Genome, Instruction, Model, Output};
+use crate::{Bump, CONSTANTS, Dialect, Effect, Genome, Instruction, Model, Output};
 
 /// Parts of a child; becomes a [`Genome`] through the validating constructor.
 pub(super) struct Draft {
@@ -12,6 +12,7 @@ pub(super) struct Draft {
     pub(super) limited: bool,
     pub(super) layers: Vec<Model>,
     pub(super) effects: Vec<Effect>,
+    pub(super) bump: Option<Bump>,
 }
 
 impl Draft {
@@ -25,6 +26,7 @@ impl Draft {
             limited: false,
             layers: Vec::new(),
             effects: Vec::new(),
+            bump: None,
         }
     }
 
@@ -38,6 +40,7 @@ impl Draft {
             limited: parent.is_limited(),
             layers: parent.layers().to_vec(),
             effects: parent.effects().to_vec(),
+            bump: parent.bump().cloned(),
         }
     }
 

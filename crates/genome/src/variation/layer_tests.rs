@@ -160,7 +160,7 @@ fn locked_layers_and_parameters_stay() {
 #[test]
 fn constraints_leave_the_values_and_set_the_switch() {
     let parent = random(3);
-    let constraints = DialectConstraints { isotropic: Some(true), homogeneous: None };
+    let constraints = DialectConstraints { isotropic: Some(true), homogeneous: None, bumps: None };
     let child = Variation::mutate(&parent, 0.0).with_constraints(constraints).birth(key(1));
     assert!(child.dialect().isotropic);
     assert_eq!(child.layers(), parent.layers());

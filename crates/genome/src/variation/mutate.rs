@@ -142,7 +142,7 @@ fn parameters(
 }
 
 /// Mutates instructions, then constants.
-fn program(
+pub(super) fn program(
     draft: &mut Draft,
     strength: Strength,
     key: BirthKey,

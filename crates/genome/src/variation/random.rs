@@ -44,7 +44,7 @@ fn instruction(dialect: &Dialect, stream: &mut Stream) -> Instruction {
 pub(super) fn opcode(dialect: &Dialect, stream: &mut Stream) -> Opcode {
     let count = match dialect.opcodes {
         OpcodeSet::Paper => Opcode::PAPER,
-        OpcodeSet::Extended | OpcodeSet::Directed => Opcode::ALL.len(),
+        OpcodeSet::Extended | OpcodeSet::Directed | OpcodeSet::Surface => Opcode::ALL.len(),
     };
     Opcode::ALL[stream.below(count as u32) as usize]
 }

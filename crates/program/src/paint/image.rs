@@ -27,7 +27,7 @@ impl Program {
     pub fn images(&self) -> Vec<ImageHash> {
         match &self.meaning {
             Meaning::Style(effects) => Effect::images_of(effects),
-            Meaning::Reflectance | Meaning::Color => Vec::new(),
+            Meaning::Reflectance | Meaning::Color | Meaning::Slopes => Vec::new(),
         }
     }
 }

@@ -24,6 +24,9 @@ pub enum WordsError {
     /// The effects do not belong together, or one of them is invalid.
     #[error("the words from {0} on do not encode an effect")]
     Effect(usize),
+    /// The bumps are invalid.
+    #[error("the words from {0} on do not encode bumps")]
+    Bumps(usize),
 }
 
 /// Returns a length as a word.

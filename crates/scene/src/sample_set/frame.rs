@@ -23,7 +23,7 @@ pub(super) struct ShadedPoint {
     /// Shading frame, its normal on the side that faces the eye.
     pub frame: LocalFrame,
     side: Side,
-    /// Normal of the mesh, on the side of the eye, if a normal map has replaced it.
+    /// Normal of the mesh, on the side of the eye, if a normal map or bumps have replaced it.
     replaced: Option<DVec3>,
     /// True if the shading normal faces away from the eye although the triangle does not.
     faces_away: bool,
@@ -88,7 +88,7 @@ impl ShadedPoint {
         let u = if u.length() > MIN_LENGTH { u.normalize() } else { fixed_tangent(n) };
         let frame = LocalFrame::new(n, u);
         let wo = frame.local(eye);
-        let replaced = Some(self.frame.n());
+        let replaced = Some(self.mesh_normal());
         Self { wo: above_horizon(wo), frame, replaced, faces_away: wo.z <= 0.0, ..*self }
     }
 
@@ -163,8 +163,9 @@ fn surface_normal(parts: &MeshParts, corners: [usize; 3], n: DVec3, eye: DVec3) 
 }
 
 /// Returns the direction if its cosine is positive, else the direction of the same azimuth just
-/// above the horizon.
-pub(super) fn above_horizon(w: DVec3) -> DVec3 {
+/// above the horizon (cosine 1e-4).
+#[must_use]
+pub fn above_horizon(w: DVec3) -> DVec3 {
     if w.z > 0.0 {
         return w;
     }

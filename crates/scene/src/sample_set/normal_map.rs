@@ -1,4 +1,4 @@
-//! Normal maps on surfaces: the shading normals that they make.
+//! Normal maps and bumps on surfaces: the shading normals that they make.
 
 use std::sync::Arc;
 
@@ -11,6 +11,7 @@ use super::frame::ShadedPoint;
 use super::size::PictureSize;
 use super::view::View;
 use crate::description::NormalMap;
+use crate::stage::TextureBumps;
 
 /// Smallest component of a mapped normal along the mesh's own normal. It is positive, so no normal
 /// points inwards.
@@ -57,12 +58,28 @@ impl<'a> MappedNormals<'a> {
         // Flat where the image is transparent.
         let [along_u, along_v] = [red, green].map(|c| self.strength * (2.0 * c - opacity));
         let height = (2.0 * blue + 1.0 - 2.0 * opacity).max(HEIGHT_MIN);
-        let (outwards, u) = (shaded.outwards(), shaded.frame.u());
-        let v = outwards.cross(u);
-        let v = if v.dot(slopes.along_v) < 0.0 { -v } else { v };
+        let [outwards, u, v] = slopes.axes(&shaded);
         let n = outwards * height + u * along_u + v * along_v;
         shaded.with_outwards(n.normalize(), eye)
     }
+}
+
+/// Returns the hit with the normal of bumps. The hit stays as it is if the texture coordinates of
+/// its triangle span no area.
+///
+/// # Source
+/// Blinn 1978, *Simulation of Wrinkled Surfaces*, with slopes in units of the texture.
+pub(super) fn bumped(
+    bumps: &dyn TextureBumps,
+    parts: &MeshParts,
+    shaded: ShadedPoint,
+    (hit, ray): (&Hit, Ray),
+) -> ShadedPoint {
+    let Some(slopes) = TextureSlopes::new(parts, hit) else { return shaded };
+    let by = bumps.slopes(shaded.uv);
+    let [outwards, u, v] = slopes.axes(&shaded);
+    let n = outwards - u * by.x - v * by.y;
+    shaded.with_outwards(n.normalize(), -ray.direction)
 }
 
 /// Derivatives between the positions of a triangle and its texture.
@@ -84,6 +101,14 @@ impl TextureSlopes {
         let along_v = ((c - a) * d.x - (b - a) * e.x) / det;
         let is_regular = along_u.is_finite() && along_v.is_finite();
         (is_regular && along_u.cross(along_v) != DVec3::ZERO).then_some(Self { along_u, along_v })
+    }
+
+    /// Returns the normal on the outside, the tangent, and the direction across both along which v
+    /// grows.
+    fn axes(&self, shaded: &ShadedPoint) -> [DVec3; 3] {
+        let (outwards, u) = (shaded.outwards(), shaded.frame.u());
+        let v = outwards.cross(u);
+        [outwards, u, if v.dot(self.along_v) < 0.0 { -v } else { v }]
     }
 
     /// Returns the changes of the texture position over the part of the surface that a pixel of a
@@ -116,7 +141,7 @@ mod tests {
     use super::*;
     use crate::sample_set::point::{CameraRay, SurfacePoint};
     use crate::sample_set::render::pixel_sampler;
-    use crate::{PixelArea, Raster, SampleSet, Sampling, Scene};
+    use crate::{PixelArea, Raster, SampleSet, Sampling, Scene, Stage};
 
     const SIDE: u32 = 40;
 
@@ -270,6 +295,47 @@ mod tests {
         let scene = scene("sphere", r#", "repeat": 40"#);
         for [plain, mapped] in frames(BuiltinMesh::Sphere, &scene, &stripes) {
             assert!(plain.frame.n().dot(mapped.frame.n()) > 0.999);
+        }
+    }
+
+    /// Height that grows along u or v.
+    #[derive(Debug)]
+    struct Ramp(DVec2);
+
+    impl TextureBumps for Ramp {
+        fn slopes(&self, _: DVec2) -> DVec2 {
+            self.0
+        }
+    }
+
+    #[test]
+    fn bumps_turn_normals_as_a_map_of_their_slopes() {
+        // The map has the slope 1 along u in its colour: the normal (-1, 0, 1).
+        for (slopes, color) in [(DVec2::X, [0, 128, 255, 255]), (DVec2::NEG_Y, [128, 255, 255, 255])]
+        {
+            for mesh in ["sphere", "torus", "knob"] {
+                let builtin = BuiltinMesh::from_name(mesh).unwrap();
+                let mesh_of = Mesh::builtin(builtin);
+                let map = assets(4, |_, _| color);
+                let scene = scene(mesh, "");
+                let plain = Scene { normal_map: None, ..scene.clone() };
+                let bumped =
+                    Stage::from(&mesh_of).with_bumps(Some(Arc::new(Ramp(slopes))));
+                let mapped = pixel_sampler(&(&mesh_of).into(), &scene, &map, SIDE.into());
+                let bumped = pixel_sampler(&bumped, &plain, &LightAssets::default(), SIDE.into());
+                let mut stack = Stack::default();
+                let mut found = 0;
+                for at in 0..SIDE * SIDE {
+                    let ray = mapped.ray(at % SIDE, at / SIDE, DVec2::splat(0.5));
+                    let Some(hit) = mapped.visible_hit(ray, &mut stack) else { continue };
+                    let [a, b] = [&mapped, &bumped].map(|s| s.surface.shaded(&hit, ray));
+                    // Codes are off 1/2 by 1/510.
+                    assert!((a.frame.n() - b.frame.n()).length() < 0.01, "{mesh} {slopes}");
+                    assert_eq!(a.mesh_normal(), b.mesh_normal());
+                    found += 1;
+                }
+                assert!(found > 200, "{mesh}: {found}");
+            }
         }
     }
 

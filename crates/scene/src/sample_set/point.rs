@@ -1,6 +1,7 @@
 //! Shading of hits: incident light samples and the features by which pixels are compared.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use brood_brdf::DirectionPair;
 use brood_light::{LightSampler, PrefilteredEnvironment, Receiver};
@@ -9,12 +10,12 @@ use brood_mesh::{Mesh, MeshParts};
 use glam::{DVec2, DVec3, Vec3};
 
 use super::frame::{ShadedPoint, above_horizon};
-use super::normal_map::MappedNormals;
+use super::normal_map::{MappedNormals, bumped};
 use super::paint_point::PaintPoint;
 use super::values::round_to_f32;
 use crate::description::{Normals, Scene, Tangents};
 use crate::prefiltered::{DirectSamples, Facing};
-use crate::stage::{Obstacles, Stage};
+use crate::stage::{Obstacles, Stage, TextureBumps};
 
 /// Mesh and lights with which hits are shaded.
 pub(super) struct Surface<'a> {
@@ -27,6 +28,8 @@ pub(super) struct Surface<'a> {
     pub(super) tangents: Tangents,
     /// Normal map of the mesh.
     pub(super) mapped: Option<MappedNormals<'a>>,
+    /// Bumps of its material.
+    bumps: Option<Arc<dyn TextureBumps>>,
     /// Reciprocal of the sum of the lights' reference irradiance, so that `shade` is at most about
     /// 1; 0 if that sum is 0 or infinite.
     shade_scale: f64,
@@ -126,6 +129,7 @@ impl<'a> Surface<'a> {
             normals: scene.normals,
             tangents: scene.tangents,
             mapped: None,
+            bumps: stage.bumps(),
             shade_scale: 0.0,
             subject: stage.subject(),
         };
@@ -235,8 +239,12 @@ impl<'a> Surface<'a> {
     /// Returns the hit of a ray with its shading frame.
     pub(super) fn shaded(&self, hit: &Hit, ray: Ray) -> ShadedPoint {
         let shaded = ShadedPoint::new(self.parts, hit, -ray.direction, self.tangents);
-        match &self.mapped {
+        let shaded = match &self.mapped {
             Some(mapped) => mapped.apply(shaded, hit, ray),
+            None => shaded,
+        };
+        match &self.bumps {
+            Some(bumps) => bumped(bumps.as_ref(), self.parts, shaded, (hit, ray)),
             None => shaded,
         }
     }

@@ -25,7 +25,8 @@ pub(in super::super) fn painted_by(brdf: &Genome, paint: &Genome) -> Genome {
             .expect("levels keep to the rules of effects");
     }
     assert!(!brdf.is_painted(), "only a BRDF can be painted");
-    brdf.clone().with_effects(effects).expect("a BRDF has effects by brdf")
+    // A painted material has no bumps.
+    brdf.clone().with_bump(None).with_effects(effects).expect("a BRDF has effects by brdf")
 }
 
 /// True if exactly one of two genomes is painted.
