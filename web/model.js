@@ -37,7 +37,8 @@
  *   `palette`, `edges`, or the place of an image
  *
  * @typedef {{instructions: number[], constants: number[], channels: Channel[], layers: number[],
- *   parameters: ParameterLock[], effects: string[], effect_parameters: EffectLock[], bump: boolean}} Locks
+ *   parameters: ParameterLock[], effects: string[], effect_parameters: EffectLock[],
+ *   bump: boolean}} Locks
  *
  * @typedef {[number, number, number]} Vec3
  *
@@ -167,7 +168,8 @@
  *   `received`, `whole`: bytes; null while the size is unknown.
  *
  * @typedef {{mutation: number, recombination: number, isotropic: boolean, homogeneous: boolean,
- *   bumps: boolean|null, saturation: number, energy_limit: boolean, steer: Steer[], painting: Painting|null}} Knobs
+ *   bumps: boolean|null, saturation: number, energy_limit: boolean, steer: Steer[], painting:
+ *   Painting|null}} Knobs
  *   `bumps`: true for bumps, false for none, null as the parents; `painting`: colours for painted
  *   children
  *

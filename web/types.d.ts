@@ -752,6 +752,12 @@ export interface components {
         IndividualId: string;
         /** @description Code, live parts, physical checks and reflectance of a genome. */
         Inspection: {
+            /**
+             * @description Slopes of its bumps. The other checks are of the BRDF about the normal that they turn. About
+             *     the mesh's normal, f is then not reciprocal, and the energy limit holds where the surface is
+             *     not steep.
+             */
+            bumps?: components["schemas"]["Slopes"];
             /** @description Per instruction: the channels that depend on it, a subset of `rgb`. */
             channels: string[];
             /** @description Scalar operations executed, one per line. */
@@ -1892,6 +1898,19 @@ export interface components {
             /** @description Token as printed by `brood token add`. */
             token: string;
         };
+        /** @description Slopes of bumps, on a grid of texture positions in the unit square. */
+        Slopes: {
+            /**
+             * Format: double
+             * @description Largest slope that was found.
+             */
+            largest: number;
+            /**
+             * Format: double
+             * @description Mean slope: the tangent of the angle by which the normal turns.
+             */
+            mean: number;
+        };
         /**
          * @description Axis through the poles of the built-in sphere's texture.
          * @enum {string}
@@ -2328,6 +2347,7 @@ export type SearchOptions = components['schemas']['SearchOptions'];
 export type SearchState = components['schemas']['SearchState'];
 export type Seed = components['schemas']['Seed'];
 export type SignIn = components['schemas']['SignIn'];
+export type Slopes = components['schemas']['Slopes'];
 export type SpherePole = components['schemas']['SpherePole'];
 export type Start = components['schemas']['Start'];
 export type Steer = components['schemas']['Steer'];

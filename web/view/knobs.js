@@ -31,7 +31,7 @@ function turn(key, value) {
   lineageStore.knobs.value = { ...lineageStore.knobs.value, [key]: value };
 }
 
-/** Whether children have bumps. */
+/** Choice of bumps of new children. */
 const Bumps = () => html`
   <div class="row"><span>Bumps</span>
     <${Choice} id="bumps" name="Bumps of new children" value=${String(lineageStore.knobs.value.bumps)} options=${[

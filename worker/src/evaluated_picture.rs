@@ -175,10 +175,8 @@ impl SampledPicture<'_> {
         }
         let Refiner { caches, evaluators, view, program, tiles, .. } = &self.refiner;
         let backend = fine_backend(self.refiner.frame);
-        let with_set = |rough| (rough, tiles.set(caches, view, rough));
-        let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
         let mut f = Vec::new();
-        for fine in FineSamples::batches(&rough, program) {
+        let mut add = |fine: FineSamples| {
             evaluators.eval(backend, &[*program], &fine.set, &mut f)?;
             fine.radiance(&f, &mut put);
             let (rough_pixels, rough_samples) = (fine.pixels(), fine.set.len() as u64);
@@ -187,8 +185,23 @@ impl SampledPicture<'_> {
                 rough_samples,
                 ..RenderStats::default()
             });
+            Ok(())
+        };
+        if program.bumps().is_some() {
+            // Whole tiles would be of use to no other program.
+            let mut pixels: Vec<u32> =
+                rough.iter().flat_map(|tile| &tile.pixels).map(|pixel| pixel.0).collect();
+            pixels.sort_unstable();
+            let PixelArea { x, y, width, .. } =
+                self.set.image().expect("the samples are those of a picture").area;
+            let places: Vec<(u32, u32)> =
+                pixels.iter().map(|pixel| (x + pixel % width, y + pixel / width)).collect();
+            let set = view.render_pixels((tiles.size_px, RoughTile::SAMPLES), &places, None);
+            return add(FineSamples::of_pixels((&set, &pixels), &pixels, program));
         }
-        Ok(())
+        let with_set = |rough| (rough, tiles.set(caches, view, rough));
+        let rough: Vec<(&RoughTile, &SampleSet)> = rough.iter().map(with_set).collect();
+        FineSamples::batches(&rough, program).try_for_each(add)
     }
 
     /// Returns the automatic exposure of the whole picture: linear radiance does not depend on the

@@ -94,7 +94,8 @@ fn bumps_turn_the_normal_of_a_lambertian() {
         f64::from(encode_srgb(cosine as f32))
     };
     let off = |turn: f64| {
-        let inner = covered.iter().filter(|x| (10..covered.len() - 10).contains(&(**x - covered[0])));
+        let inner =
+            covered.iter().filter(|x| (10..covered.len() - 10).contains(&(**x - covered[0])));
         inner.map(|x| (f64::from(codes[*x][0]) - expected(*x, turn)).abs()).fold(0.0, f64::max)
     };
     let quarter = std::f64::consts::FRAC_PI_4;
@@ -179,7 +180,7 @@ fn pictures_under_an_environment_do_not_depend_on_batch_area_or_caches() {
 fn area_of_a_wide_or_tall_picture_equals_its_crop() {
     // Stripes, so that pixels in all tiles are rough.
     let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
-    let genome: brood_genome::Genome = text.parse().unwrap();
+    let genome: Genome = text.parse().unwrap();
     let program = Program::lower(&genome);
     let renderer = Renderer::new(Backend::Cpu);
     let mesh = renderer.builtin(BuiltinMesh::Sphere);
@@ -214,7 +215,7 @@ fn area_of_a_wide_or_tall_picture_equals_its_crop() {
 fn adaptive_sampling_reduces_error_and_does_not_depend_on_caches() {
     // Stripes about two pixels wide in the middle of the sphere, finer towards its edges.
     let text = "brood 1\n.dialect paper smooth registers 7\n.const C0 200 1 1 1\nMUL R0, R5.w, C0.x\nSIN R0, R0.x\n";
-    let genome: brood_genome::Genome = text.parse().unwrap();
+    let genome: Genome = text.parse().unwrap();
     let program = Program::lower(&genome);
     let mut scene = Scene::default();
     scene.film.exposure = Exposure::Ev(-1.0);
@@ -359,7 +360,7 @@ fn backdrop_fills_png_pictures_and_their_parts_and_changes_nothing_else() {
 fn refined_pixels_have_the_environment_once() {
     // A narrow highlight of the point light under an even sky: its pixels are refined.
     let text = "brood 1\n.model conductor\nroughness 0.03\n";
-    let genome: brood_genome::Genome = text.parse().unwrap();
+    let genome: Genome = text.parse().unwrap();
     let program = Program::lower(&genome);
     let lights = r#"{"film": {"exposure": -1},
         "lights": [{"kind": "environment", "image": "overcast", "samples": 64}, {}]}"#;

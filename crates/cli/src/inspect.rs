@@ -80,6 +80,14 @@ fn text(inspection: &Inspection) -> Result<String> {
             false => "no energy limit".to_owned(),
         }
     )?;
+    if let Some(slopes) = &inspection.bumps {
+        writeln!(
+            text,
+            "bumps         mean slope {:.3}, largest {:.3}; the checks above are about the normal that they turn: about \
+             the mesh's, f is not reciprocal, and steep places may reflect more",
+            slopes.mean, slopes.largest
+        )?;
+    }
     writeln!(text, "\nsource\n")?;
     text += &marked_source(&inspection.source, &inspection.live);
     writeln!(text, "\nlive code\n")?;

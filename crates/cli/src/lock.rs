@@ -77,7 +77,10 @@ mod tests {
             }],
             bump: true,
         };
-        assert_eq!("12, C5,r,0,b,L1,L0.f0,silhouette,light.palette,bump".parse(), Ok(LockWords(locks)));
+        assert_eq!(
+            "12, C5,r,0,b,L1,L0.f0,silhouette,light.palette,bump".parse(),
+            Ok(LockWords(locks))
+        );
         for text in ["", "x", "C", "C300", "-1", "12,,r", "L", "Lx", "L0.", "glow", "glow.to"] {
             let error = text.parse::<LockWords>().unwrap_err();
             assert!(error.contains("unknown lock"), "{text}: {error}");

@@ -116,9 +116,9 @@ fn turned(bumps: &Bumps, uv: f32) -> String {
     format!(
         "\n// Slopes of the bumps: changes of their height by u and by v.\n\
          fn evolved_slopes(tex_u: f32, tex_v: f32) -> vec2f {{\n{slopes}}}\n\n\
-         // As evolved_flat, with the normal that the bumps turn, times the ratio of the cosines of wi.\n\
-         // y: perpendicular to n and x, where v grows; the opposite of n cross x where the texture is\n\
-         // mirrored.\n\
+         // As evolved_flat, with the normal that bumps turn, times the ratio of the cosines of\n\
+         // wi. y: perpendicular to n and x, where v grows; the opposite of n cross x where the\n\
+         // texture is mirrored.\n\
          {head}{TURNED}"
     )
 }
@@ -172,7 +172,9 @@ pub(crate) fn preamble(format: Format, uv: f32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use brood_genome::{BirthKey, Dialect, DialectConstraints, Genome, ModelKind, OpcodeSet, Output, Variation};
+    use brood_genome::{
+        BirthKey, Dialect, DialectConstraints, Genome, ModelKind, OpcodeSet, Output, Variation,
+    };
 
     use super::*;
     use crate::{Within, conformance, print};

@@ -76,7 +76,8 @@ fn switches_of_the_dialect_leave_modules_out() {
         if structure(&open) == Structure::default() {
             assert_eq!(parameters(&closed), parameters(&open));
         }
-        let constraints = DialectConstraints { isotropic: Some(true), homogeneous: Some(true), bumps: None };
+        let constraints =
+            DialectConstraints { isotropic: Some(true), homogeneous: Some(true), bumps: None };
         for amount in [0.3, 1.0] {
             let mutate = Variation::mutate(&closed, amount).with_start(Start::Believable);
             assert_eq!(structure(&mutate.birth(key(slot))), Structure::default());
@@ -146,7 +147,11 @@ fn small_amounts_are_small_steps_of_every_module() {
 fn children_of_a_plain_and_a_patterned_parent_have_either_structure() {
     let plain = drawn_as(Structure::ALL[0], 0);
     let closed = Variation::mutate(&plain, 0.0)
-        .with_constraints(DialectConstraints { isotropic: Some(true), homogeneous: Some(true), bumps: None })
+        .with_constraints(DialectConstraints {
+            isotropic: Some(true),
+            homogeneous: Some(true),
+            bumps: None,
+        })
         .birth(key(0));
     for other in Structure::ALL.into_iter().skip(1).map(|structure| drawn_as(structure, 30)) {
         for (first, second) in [(&plain, &other), (&other, &plain), (&closed, &other)] {

@@ -2,10 +2,10 @@
 
 use crate::effect::{PALETTE_MAX, PALETTE_MIN};
 use crate::{
-    BUMP_LENGTH_MAX, Bump, CONSTANTS, Dialect, Effect, EffectImage, EffectKind, EffectsError, Genome, GenomeError,
-    GenomeHash, ImageHash, Instruction, InstructionError, LAYERS_MAX, Model, ModelKind, Opcode,
-    OpcodeSet, Operand, Output, OutputError, Palette, Parameter, ParameterValues, Parametrisation,
-    Register, Swizzle, WriteMask,
+    BUMP_LENGTH_MAX, Bump, CONSTANTS, Dialect, Effect, EffectImage, EffectKind, EffectsError,
+    Genome, GenomeError, GenomeHash, ImageHash, Instruction, InstructionError, LAYERS_MAX, Model,
+    ModelKind, Opcode, OpcodeSet, Operand, Output, OutputError, Palette, Parameter,
+    ParameterValues, Parametrisation, Register, Swizzle, WriteMask,
 };
 
 const HEAD: &[u8] = b"brood genome 1\n";

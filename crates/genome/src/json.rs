@@ -12,8 +12,8 @@ use pointer::{escaped, pointer};
 
 use crate::text::{parse_destination, parse_operand};
 use crate::{
-    Bump, CONSTANTS, Dialect, EffectsError, Genome, GenomeError, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
-    Output,
+    Bump, CONSTANTS, Dialect, EffectsError, Genome, GenomeError, Instruction, LAYERS_MAX, Model,
+    ModelKind, Opcode, Output,
 };
 
 /// Error of [`Genome::from_json`].
@@ -154,8 +154,7 @@ impl Genome {
             true => parse_bump(bump),
             false => Err((String::new(), GenomeError::PaintedBump.to_string())),
         });
-        let bump =
-            bump.transpose().map_err(|(at, reason)| error(format!("/bump{at}"), reason))?;
+        let bump = bump.transpose().map_err(|(at, reason)| error(format!("/bump{at}"), reason))?;
         if json.layers.len() > LAYERS_MAX {
             let reason = format!("a genome can have at most {LAYERS_MAX} models");
             return Err(error(format!("/layers/{LAYERS_MAX}"), reason));

@@ -26,7 +26,6 @@
 
 mod arithmetic;
 pub mod believable;
-mod bump;
 mod bytes;
 mod dialect;
 mod effect;
@@ -55,7 +54,6 @@ mod variation;
 
 pub use arithmetic::{Arithmetic, Function};
 pub use brood_brdf::named_enum;
-pub use bump::{BUMP_LENGTH_MAX, BUMP_STRENGTH_MAX, Bump};
 pub use bytes::BytesError;
 pub use dialect::{Dialect, DialectConstraints, DialectError, InitialValue, OpcodeSet};
 pub use effect::{
@@ -64,7 +62,7 @@ pub use effect::{
 };
 pub use expand::{ScalarMachine, expand};
 pub use functions::Functions;
-pub use genome::{Genome, GenomeError, LAYERS_MAX};
+pub use genome::{BUMP_LENGTH_MAX, BUMP_STRENGTH_MAX, Bump, Genome, GenomeError, LAYERS_MAX};
 pub use hash::{GenomeHash, HashError, ImageHash};
 pub use instruction::{Instruction, InstructionError};
 pub use interpret::interpret;

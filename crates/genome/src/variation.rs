@@ -15,8 +15,8 @@ use crate::effect;
 use crate::locks::{LockedEffects, ResolvedLocks};
 use crate::steer::Kept;
 use crate::{
-    BirthKey, Bump, Dialect, DialectConstraints, EffectKind, Genome, Locks, Output, PaintingPalette,
-    Palette, Start, Steer,
+    BirthKey, Bump, Dialect, DialectConstraints, EffectKind, Genome, Locks, Output,
+    PaintingPalette, Palette, Start, Steer,
 };
 use draft::Draft;
 pub use strength::MutationScale;
@@ -259,8 +259,7 @@ impl<'a> Variation<'a> {
 
     /// Returns the bumps of the child of a key, which BRDFs have.
     fn bump(&self, key: BirthKey) -> Option<Bump> {
-        let strength =
-            |mutation| Strength::new(mutation, Part::Believable, self.scale).amount;
+        let strength = |mutation| Strength::new(mutation, Part::Believable, self.scale).amount;
         let (inherited, amount) = match self.origin {
             Origin::Random(_) => (None, 1.0),
             Origin::Mutate { parent, mutation } => (parent.bump().cloned(), strength(mutation)),
@@ -380,7 +379,8 @@ impl<'a> Variation<'a> {
         draft.output = self.output.unwrap_or(draft.output);
         let is_flat = self.constraints.bumps == Some(false);
         let bump = draft.bump.take().filter(|_| !is_flat);
-        let Draft { dialect, instructions, constants, output, limited, layers, effects, .. } = draft;
+        let Draft { dialect, instructions, constants, output, limited, layers, effects, .. } =
+            draft;
         if !effects.is_empty() && !effect::are_by_brdf(&effects) {
             return Genome::painted(dialect, instructions, constants, effects)
                 .expect("operators keep to the rules of effects");

@@ -131,7 +131,11 @@ fn constraints_and_output_are_carried_by_the_child() {
     let parent = parent(0);
     let grey = Output::saturation(0.0).unwrap();
     let child = Variation::mutate(&parent, 0.3)
-        .with_constraints(DialectConstraints { isotropic: Some(true), homogeneous: None, bumps: None })
+        .with_constraints(DialectConstraints {
+            isotropic: Some(true),
+            homogeneous: None,
+            bumps: None,
+        })
         .with_output(Some(grey))
         .with_limit(Some(true))
         .birth(key(0));

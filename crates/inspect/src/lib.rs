@@ -32,6 +32,6 @@ pub use energy::Energy;
 pub use listing::{marked_source, scalar_code};
 pub use physics::Physics;
 pub use plane::{Curve, Plane, planes};
-pub use report::{Inspection, OperationCounts, inspect};
+pub use report::{Inspection, OperationCounts, Slopes, inspect};
 pub use shot::{Picture, Shade, Shot};
 pub use slice::{Slice, image_slice};

@@ -1,7 +1,7 @@
 //! Full report on a genome.
 
 use brood_genome::{Genome, Input, live_instructions};
-use brood_program::{Counts, Program, Tape};
+use brood_program::{Bumps, Counts, Program, Tape};
 use serde::{Deserialize, Serialize};
 
 use crate::{Energy, Physics, Plane, planes, scalar_code};
@@ -23,6 +23,12 @@ pub struct Inspection {
     pub physics: Physics,
     /// Largest directional albedo.
     pub energy: Energy,
+    /// Slopes of its bumps. The other checks are of the BRDF about the normal that they turn. About
+    /// the mesh's normal, f is then not reciprocal, and the energy limit holds where the surface is
+    /// not steep.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    pub bumps: Option<Slopes>,
     /// Genome text; the last lines are the instructions.
     pub source: String,
     /// Per instruction: true if it can change the result.
@@ -33,6 +39,31 @@ pub struct Inspection {
     pub code: String,
     /// Reflectance over planes of incidence.
     pub planes: Vec<Plane>,
+}
+
+/// Slopes of bumps, on a grid of texture positions in the unit square.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct Slopes {
+    /// Mean slope: the tangent of the angle by which the normal turns.
+    pub mean: f64,
+    /// Largest slope that was found.
+    pub largest: f64,
+}
+
+impl Slopes {
+    /// Number of positions along u and v: a prime, so that few waves repeat at each.
+    const SIDE: u32 = 61;
+
+    fn of(bumps: &Bumps) -> Self {
+        let at = |k: u32| (f64::from(k) + 0.5) / f64::from(Self::SIDE);
+        let slopes = (0..Self::SIDE * Self::SIDE).map(|k| {
+            let [along_u, along_v] = bumps.slopes(at(k % Self::SIDE), at(k / Self::SIDE));
+            along_u.hypot(along_v)
+        });
+        let (sum, largest) =
+            slopes.fold((0.0, 0.0), |(sum, largest): (f64, f64), s| (sum + s, largest.max(s)));
+        Self { mean: sum / f64::from(Self::SIDE * Self::SIDE), largest }
+    }
 }
 
 /// Sizes before and after each step of lowering.
@@ -85,6 +116,7 @@ pub fn inspect(genome: &Genome) -> Inspection {
         inputs,
         physics: Physics::of(&program),
         energy,
+        bumps: program.bumps().map(Slopes::of),
         source: genome.to_string(),
         live: live_instructions(genome),
         channels: channels(genome),

@@ -1,17 +1,17 @@
 //! Slopes of bumps: the derivatives of their height, by forward differentiation of its scalar code.
 
+use std::cell::RefCell;
+
 use brood_genome::{Bump, Function, Input, ScalarMachine, expand};
 
 use crate::build::{Builder, Reference};
-use crate::execute::execute;
+use crate::execute::execute_into;
 use crate::lower::{SCRATCH, Scratch};
-use crate::{Meaning, Program};
+use crate::{Bumps, Meaning};
 
-/// Slopes of the bumps of a material over the texture.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Bumps {
-    pub(crate) code: Program,
-    pub(crate) is_negative: [bool; 2],
+thread_local! {
+    /// Memory of [`Bumps::slopes`], reused because it is called for each sample.
+    static VALUES: RefCell<Vec<f64>> = const { RefCell::new(Vec::new()) };
 }
 
 impl Bumps {
@@ -40,18 +40,6 @@ impl Bumps {
         })
     }
 
-    /// Code whose results are the slopes along u and v, up to sign, and 0.
-    #[must_use]
-    pub fn code(&self) -> &Program {
-        &self.code
-    }
-
-    /// True for the slopes, along u and along v, whose sign the code leaves out.
-    #[must_use]
-    pub fn is_negative(&self) -> [bool; 2] {
-        self.is_negative
-    }
-
     /// Returns the changes of the height by u and by v, in the f64 reference.
     ///
     /// # Domain
@@ -63,7 +51,9 @@ impl Bumps {
             Input::V => v,
             _ => unreachable!("bumps read u and v alone"),
         };
-        let results = execute(&self.code, input, |constant| constant.reference);
+        let results = VALUES.with_borrow_mut(|values| {
+            execute_into(&self.code, input, |constant| constant.reference, values)
+        });
         [0, 1].map(|k| if self.is_negative[k] { -results[k] } else { results[k] })
     }
 }
@@ -197,6 +187,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::{Program, execute};
 
     fn bump(lines: &str) -> Bump {
         let text = format!("brood 1\n.model lambert\n{lines}");

@@ -30,20 +30,32 @@ pub fn execute_layered<T: Arithmetic>(
     constant: impl Fn(&Constant) -> T,
     layers: impl FnOnce([T; 3]) -> [T; 3],
 ) -> [T; 3] {
-    let mut values: Vec<T> = Vec::with_capacity(program.steps().len());
+    let results = execute_into(program, inputs, constant, &mut Vec::new());
+    if matches!(program.meaning(), Meaning::Color | Meaning::Slopes) {
+        return results;
+    }
+    let squares = results.map(Arithmetic::square);
+    program.output().apply(layers(squares))
+}
+
+/// Runs a program for one sample and returns its results up to sign: g, colours or slopes. `values`
+/// is memory for the results of the steps.
+pub(crate) fn execute_into<T: Arithmetic>(
+    program: &Program,
+    inputs: impl Fn(Input) -> T,
+    constant: impl Fn(&Constant) -> T,
+    values: &mut Vec<T>,
+) -> [T; 3] {
+    values.clear();
+    values.reserve(program.steps().len());
     let read = |values: &[T], operand| match operand {
         Operand::Step(index) => values[usize::from(index)],
         Operand::Input(input) => inputs(input),
         Operand::Constant(index) => constant(&program.constants()[usize::from(index)]),
     };
     for step in program.steps() {
-        let (a, b) = (read(&values, step.a), read(&values, step.b));
+        let (a, b) = (read(values, step.a), read(values, step.b));
         values.push(step.operation.apply(a, b));
     }
-    let results = program.results().map(|operand| read(&values, operand));
-    if matches!(program.meaning(), Meaning::Color | Meaning::Slopes) {
-        return results;
-    }
-    let squares = results.map(Arithmetic::square);
-    program.output().apply(layers(squares))
+    program.results().map(|operand| read(values, operand))
 }

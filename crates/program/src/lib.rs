@@ -40,12 +40,11 @@ pub use brood::{
     BroodRequest, Child, Draw, DrawScorer, MAX_REDRAWS, MAX_UNWANTED_REDRAWS, make_brood,
     settle_brood, settle_scored,
 };
-pub use bump::Bumps;
 pub use counts::{Counts, written_operations};
 pub use execute::{execute, execute_layered};
 pub use hash::ProgramHash;
 pub use operation::{Binary, Operation};
-pub use program::{Constant, Meaning, Operand, Program, Step};
+pub use program::{Bumps, Constant, Meaning, Operand, Program, Step};
 pub use range::{Range, StepRange, step_ranges};
 pub use tape::{Tape, TapeOperand, TapeStep};
 pub use tunable::Tunable;

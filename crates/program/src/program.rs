@@ -3,7 +3,7 @@
 
 use brood_genome::{Effect, Input, InputMask, Model, Output};
 
-use crate::{Bumps, Operation};
+use crate::Operation;
 
 /// A folded constant with its value in each arithmetic.
 #[derive(Debug, Clone, Copy)]
@@ -65,8 +65,8 @@ pub enum Meaning {
 /// # Invariants
 /// Every step is reachable from a result. Steps are in post-order from the red, the green and the
 /// blue result, so equal programs have equal words whatever genome they came from. Results are g up
-/// to sign, colours, or slopes up to sign. Only BRDFs, and styles that paint one, have layers and an
-/// output stage; only BRDFs have bumps.
+/// to sign, colours, or slopes up to sign. Only BRDFs, and styles that paint one, have layers and
+/// an output stage; only BRDFs have bumps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
     pub(crate) steps: Vec<Step>,
@@ -76,6 +76,27 @@ pub struct Program {
     pub(crate) layers: Vec<Model>,
     pub(crate) meaning: Meaning,
     pub(crate) bumps: Option<Box<Bumps>>,
+}
+
+/// Slopes of the bumps of a material over the texture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Bumps {
+    pub(crate) code: Program,
+    pub(crate) is_negative: [bool; 2],
+}
+
+impl Bumps {
+    /// Code whose results are the slopes along u and v, up to sign, and 0.
+    #[must_use]
+    pub fn code(&self) -> &Program {
+        &self.code
+    }
+
+    /// True for the slopes, along u and along v, whose sign the code leaves out.
+    #[must_use]
+    pub fn is_negative(&self) -> [bool; 2] {
+        self.is_negative
+    }
 }
 
 impl Program {

@@ -26,7 +26,8 @@ pub struct Options {
     /// True if the material is its own mirror image, so that inputs that distinguish left from
     /// right are left out.
     pub is_mirrored: bool,
-    /// Genomes to start from; ignored by [`Strategy::Lobes`].
+    /// Genomes to start from, without their bumps, which pairs of directions do not show; ignored
+    /// by [`Strategy::Lobes`].
     pub start: Vec<Genome>,
 }
 
@@ -81,7 +82,7 @@ impl Search {
     /// [`Search::resume`] does not restore.
     #[must_use]
     pub fn with_population(samples: &Samples, options: &Options, population: Population) -> Self {
-        Self { method: Box::new(Gp::of(samples, &options.start, options.seed, population)) }
+        Self { method: Box::new(Gp::of(samples, &starts(options), options.seed, population)) }
     }
 
     /// Restores a search from a checkpoint. With the same samples and options, the next generations
@@ -164,21 +165,26 @@ impl Search {
     }
 }
 
+/// Genomes to start from, without bumps.
+fn starts(options: &Options) -> Vec<Genome> {
+    options.start.iter().map(|genome| genome.clone().with_bump(None)).collect()
+}
+
 fn lobes(samples: &Samples, options: &Options) -> Fit {
     let shape = |(units, terms): (usize, usize)| Shape::new(units, terms, options.is_mirrored);
     Fit::new(samples, SHAPES.map(shape).to_vec(), options.seed)
 }
 
 fn analytic(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Analytic {
-    Analytic::new(samples, kinds, &options.start, options.seed)
+    Analytic::new(samples, kinds, &starts(options), options.seed)
 }
 
 fn genetic(samples: &Samples, options: &Options) -> Gp {
-    Gp::new(samples, &options.start, options.seed, false)
+    Gp::new(samples, &starts(options), options.seed, false)
 }
 
 fn hybrid(samples: &Samples, options: &Options) -> Hybrid {
-    Hybrid::new(lobes(samples, options), samples, &options.start, options.seed)
+    Hybrid::new(lobes(samples, options), samples, &starts(options), options.seed)
 }
 
 #[cfg(test)]

@@ -121,7 +121,11 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
             mutation: 0.3,
             recombination: 0.7,
             curation: Curation::Distinct,
-            constraints: DialectConstraints { isotropic: Some(true), homogeneous: None, bumps: Some(true) },
+            constraints: DialectConstraints {
+                isotropic: Some(true),
+                homogeneous: None,
+                bumps: Some(true),
+            },
             saturation: Some(0.1),
             energy_limit: Some(true),
             locks: Some(Locks { constants: vec![3, 127], ..Locks::default() }),

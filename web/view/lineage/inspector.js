@@ -58,6 +58,7 @@ function Facts({ of }) {
         <${Fact} name="largest albedo" value=${reflectsInWords(energy)} title=${albedoInWords(energy)} />
       </dl>
       <p class="small">${albedoInWords(energy)}</p>
+      ${of.bumps && html`<p class="small" data-testid="inspected-bumps">Bumps: mean slope ${amount(of.bumps.mean)}, largest ${amount(of.bumps.largest)}. The checks are about the normal that they turn; about the mesh's, f is not reciprocal, and steep places may reflect more.</p>`}
     </section>
   `;
 }

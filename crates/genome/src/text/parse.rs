@@ -8,8 +8,9 @@ use super::effect::EffectReader;
 use crate::effect::{self, Effect, Palette};
 use crate::operand::LETTERS;
 use crate::{
-    BUMP_LENGTH_MAX, Bump, CONSTANTS, Dialect, EffectsError, Genome, GenomeError, Instruction, LAYERS_MAX, Model, ModelKind, Opcode,
-    OpcodeSet, Operand, Output, Parametrisation, RANGE, Register, Swizzle, WriteMask,
+    BUMP_LENGTH_MAX, Bump, CONSTANTS, Dialect, EffectsError, Genome, GenomeError, Instruction,
+    LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet, Operand, Output, Parametrisation, RANGE,
+    Register, Swizzle, WriteMask,
 };
 
 /// Largest number of instructions that a dialect allows; bounds the memory for any input.

@@ -10,9 +10,12 @@ use std::sync::LazyLock;
 use super::draft::Draft;
 use super::mutate;
 use super::strength::{MutationScale, Part, Strength};
+use crate::interpret::Numbers;
 use crate::locks::ResolvedLocks;
 use crate::random::{Operator, Stream};
-use crate::{BUMP_STRENGTH_MAX, BirthKey, Bump, CONSTANTS, Genome, Instruction};
+use crate::{
+    BUMP_STRENGTH_MAX, BirthKey, Bump, CONSTANTS, Genome, Input, Instruction, Liveness, expand,
+};
 
 /// Program of random bumps. C0 and C1 are the waves that bend those of C2 and C3: radians per unit
 /// of u and of v, and the phase. C4: radians of bending. C5: weights of the product, of both waves
@@ -52,6 +55,12 @@ const VALUE_RATE: f32 = 0.5;
 const STEP: f32 = 1.5;
 /// Probability at amount 1 that random bumps replace those of the parent.
 const REDRAW: f32 = 0.15;
+
+/// Mean slope that mutants do not exceed, unless their parent does.
+const STEEPEST: f32 = 0.7;
+/// Number of places at which slopes are measured, and the distance of two heights.
+const PLACES: u32 = 32;
+const SPACING: f32 = 1.0 / 2048.0;
 
 static INSTRUCTIONS: LazyLock<Vec<Instruction>> = LazyLock::new(|| {
     let genome: Genome = WAVES.parse().expect("the program of waves is valid");
@@ -146,8 +155,7 @@ fn drawn(stream: &mut Stream) -> Bump {
         }
         constants[wave] = [around, across, between((0.0, TAU), stream), 0.0];
     }
-    constants[BENDING] =
-        [between(look.bending, stream), between(look.bending, stream), 0.0, 0.0];
+    constants[BENDING] = [between(look.bending, stream), between(look.bending, stream), 0.0, 0.0];
     let weights = look.weights.map(|range| between(range, stream));
     let sum: f32 = weights[..3].iter().map(|weight| weight.abs()).sum();
     let height = between(look.slope, stream) * 2.0 / (sum * steepest);
@@ -172,7 +180,8 @@ pub(super) fn mutate(bump: &mut Bump, amount: f32, key: BirthKey) {
         *bump = drawn(&mut stream);
         return;
     }
-    let strength = scaled(bump.strength(), amount, &mut stream).clamp(-BUMP_STRENGTH_MAX, BUMP_STRENGTH_MAX);
+    let strength =
+        scaled(bump.strength(), amount, &mut stream).clamp(-BUMP_STRENGTH_MAX, BUMP_STRENGTH_MAX);
     let program = bump.program();
     let made = if program.instructions() == *INSTRUCTIONS {
         let mut constants = Box::new(*program.constants());
@@ -194,10 +203,40 @@ pub(super) fn mutate(bump: &mut Bump, amount: f32, key: BirthKey) {
         let mut draft = Draft::copy(program);
         let strength_of = Strength::new(amount, Part::Program, MutationScale::Operators);
         let none = ResolvedLocks::none(draft.instructions.len());
-        mutate::program(&mut draft, strength_of, other(key), true, &none);
-        Bump::new(strength, draft.instructions, draft.constants)
+        mutate::program(&mut draft, strength_of, other(key), false, &none);
+        // Steps of constants are relative: heights are far below 1.
+        let mut constants = Box::new(*program.constants());
+        for value in constants.as_flattened_mut() {
+            *value = scaled(*value, amount, &mut stream).clamp(-crate::RANGE, crate::RANGE);
+        }
+        Bump::new(strength, draft.instructions, constants)
     };
-    *bump = made.expect("operators keep to the ranges");
+    let made = made.expect("operators keep to the ranges");
+    let (before, after) = (steepness(bump), steepness(&made));
+    let most = STEEPEST.max(before);
+    let strength = if after > most { made.strength() * (most / after) } else { made.strength() };
+    *bump = made.with_strength(strength).expect("it is smaller than before");
+}
+
+/// Mean slope of bumps at some places, from differences of their heights.
+fn steepness(bump: &Bump) -> f32 {
+    let program = bump.program();
+    let liveness = Liveness::of(program);
+    let height = |u: f32, v: f32| {
+        let inputs = |input| if input == Input::U { u } else { v };
+        let [height, ..] = expand(program, &liveness, &mut Numbers { inputs });
+        height
+    };
+    let places = (0..PLACES).map(|at| {
+        // Irrational steps: no wave has the same phase at all places.
+        let at = at as f32;
+        let (u, v) = ((0.1 + 0.618_034 * at).fract(), (0.1 + 0.414_213_6 * at).fract());
+        let here = height(u, v);
+        let [along_u, along_v] = [height(u + SPACING, v) - here, height(u, v + SPACING) - here];
+        along_u.hypot(along_v) / SPACING
+    });
+    let sum: f32 = places.sum();
+    bump.strength().abs() * sum / PLACES as f32
 }
 
 /// Draws whether a value changes; if so, multiplies it.

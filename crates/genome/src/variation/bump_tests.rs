@@ -1,3 +1,5 @@
+//! Tests of bumps: their formats, and how they are bred.
+
 use super::*;
 use crate::{Dialect, DialectConstraints, Effect, EffectKind, Locks, Variation};
 

@@ -1,4 +1,4 @@
-//! Words of bumps: a mask of the slopes whose sign is negative (bit 0: along u, bit 1: along v), and
+//! Words of bumps: a mask of the slopes whose sign is negative (bit 0: along u, bit 1: along v),
 //! then the words of their code.
 
 use brood_genome::Input;
@@ -14,7 +14,8 @@ pub(super) fn write(bumps: &Bumps, words: &mut Vec<u32>) {
 
 /// Reads bumps, which are the rest of the words.
 pub(super) fn read(words: &[u32], start: usize) -> Result<Bumps, WordsError> {
-    let (signs, rest) = words.get(start..).and_then(<[u32]>::split_first).ok_or(WordsError::Length)?;
+    let (signs, rest) =
+        words.get(start..).and_then(<[u32]>::split_first).ok_or(WordsError::Length)?;
     let invalid = WordsError::Bumps(start);
     let code = Program::from_words(rest).map_err(|_| invalid)?;
     let reads = code.inputs().iter().all(|input| matches!(input, Input::U | Input::V));

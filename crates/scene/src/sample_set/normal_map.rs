@@ -311,7 +311,8 @@ mod tests {
     #[test]
     fn bumps_turn_normals_as_a_map_of_their_slopes() {
         // The map has the slope 1 along u in its colour: the normal (-1, 0, 1).
-        for (slopes, color) in [(DVec2::X, [0, 128, 255, 255]), (DVec2::NEG_Y, [128, 255, 255, 255])]
+        for (slopes, color) in
+            [(DVec2::X, [0, 128, 255, 255]), (DVec2::NEG_Y, [128, 255, 255, 255])]
         {
             for mesh in ["sphere", "torus", "knob"] {
                 let builtin = BuiltinMesh::from_name(mesh).unwrap();
@@ -319,8 +320,7 @@ mod tests {
                 let map = assets(4, |_, _| color);
                 let scene = scene(mesh, "");
                 let plain = Scene { normal_map: None, ..scene.clone() };
-                let bumped =
-                    Stage::from(&mesh_of).with_bumps(Some(Arc::new(Ramp(slopes))));
+                let bumped = Stage::from(&mesh_of).with_bumps(Some(Arc::new(Ramp(slopes))));
                 let mapped = pixel_sampler(&(&mesh_of).into(), &scene, &map, SIDE.into());
                 let bumped = pixel_sampler(&bumped, &plain, &LightAssets::default(), SIDE.into());
                 let mut stack = Stack::default();

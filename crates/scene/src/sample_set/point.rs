@@ -176,12 +176,17 @@ impl<'a> Surface<'a> {
                 continue;
             }
             let (before, shadowed_before) = (lit.len(), *shadowed);
-            let (mut fades, soft) = (false, light.is_soft());
+            let (mut fades, soft, mut reached) = (false, light.is_soft(), 0);
             light.for_each_sample(&receiver, |sample, light_sample| {
                 let wi = shaded.frame.local(light_sample.towards);
+                // Bumps are finer than pixels: pixels are compared as if there were none.
+                let cosine = match &self.bumps {
+                    Some(_) => shaded.mesh_normal().dot(light_sample.towards),
+                    None => wi.z,
+                };
                 // NaN, possible for extreme lights, is treated as unlit.
                 let is_above = light.is_environment || shaded.is_above(light_sample.towards);
-                if wi.z > 0.0 && is_above {
+                if (wi.z > 0.0 || cosine > 0.0) && is_above {
                     let mut passed = 1.0;
                     if let Some((obstacles, start)) = start.filter(|_| light.casts_shadows) {
                         let ray = Ray { origin: start, direction: light_sample.towards };
@@ -192,10 +197,16 @@ impl<'a> Surface<'a> {
                         }
                     }
                     fades |= light_sample.fading;
-                    let irradiance = light_sample.irradiance.map(|e| e * wi.z * passed);
+                    reached += u64::from(cosine > 0.0);
+                    let irradiance = |cosine| light_sample.irradiance.map(|e| e * cosine * passed);
                     if !soft {
-                        shade += irradiance[0].max(irradiance[1]).max(irradiance[2]);
+                        let [red, green, blue] = irradiance(cosine.max(0.0));
+                        shade += red.max(green).max(blue);
                     }
+                    if wi.z <= 0.0 {
+                        return;
+                    }
+                    let irradiance = irradiance(wi.z);
                     lit.push(IncidentSample {
                         slot: light.first_slot + sample as usize,
                         wi,
@@ -207,11 +218,11 @@ impl<'a> Surface<'a> {
                 u64::try_from(lit.len() - before).expect("a light has fewer than 2^32 samples");
             let all = u64::from(light.samples);
             *skipped += all - made - (*shadowed - shadowed_before);
-            mask |= u32::from(made > 0) << index;
+            mask |= u32::from(reached > 0) << index;
             // Partly lit by an extended light: no edge. With a single sample a penumbra cannot be
             // detected, so it is always assumed.
-            let partly = soft && (made < all || all == 1);
-            fading |= u32::from(fades || (made > 0 && partly)) << index;
+            let partly = soft && (reached < all || all == 1);
+            fading |= u32::from(fades || (reached > 0 && partly)) << index;
             if soft {
                 shade += light.unoccluded_irradiance(position, shaded.frame.n());
             }
