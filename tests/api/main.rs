@@ -10,6 +10,7 @@ mod archive;
 mod attack;
 mod backend;
 mod breed;
+mod bumps;
 mod circle;
 mod command_line;
 mod comparison;

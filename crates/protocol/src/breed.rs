@@ -252,7 +252,7 @@ pub struct Breed {
     /// Seed of the brood. Default: a random seed, which the response reports.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<Seed>,
-    /// Overrides of the dialect's `isotropic` and `homogeneous`.
+    /// Overrides of the dialect's `isotropic` and `homogeneous`, and of bumps.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub constraints: Option<DialectConstraints>,
     /// Colour saturation of the children, from 0 (grey) to 1 (unchanged). Default: that of the

@@ -260,10 +260,10 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     let painting = options.painting.as_ref().map(words);
     sqlx::query(
         "INSERT INTO generation (id, lineage_id, position, seed_bits, centre_id, mutation,
-             recombination, curation, isotropic, homogeneous, saturation, energy_limit, locks_json,
-             steer_json, painting_json, created_ms)
+             recombination, curation, isotropic, homogeneous, bumps, saturation, energy_limit,
+             locks_json, steer_json, painting_json, created_ms)
          SELECT ?1, ?2, coalesce((SELECT max(position) + 1 FROM generation WHERE lineage_id = ?2), 0),
-             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15
+             ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16
          RETURNING position",
     )
     .bind(new.id.key())
@@ -275,6 +275,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     .bind(options.curation.name())
     .bind(options.constraints.isotropic)
     .bind(options.constraints.homogeneous)
+    .bind(options.constraints.bumps)
     .bind(options.saturation)
     .bind(options.energy_limit)
     .bind(locks)
