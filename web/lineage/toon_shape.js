@@ -20,10 +20,12 @@ const EFFECTS = [
 
 /**
  * Text of a BRDF's genome with effects that paint it: after its models, before its instructions.
+ * Bumps are left out, because painted materials have none.
  * @param {string} text as the server writes it
  */
 export function toonShape(text) {
-  const lines = text.trimEnd().split("\n");
+  const all = text.trimEnd().split("\n");
+  const lines = all.filter((line) => !line.startsWith(".bump "));
   const first = lines.findIndex((line) => /^[A-Z]/.test(line));
   const at = first < 0 ? lines.length : first;
   return [...lines.slice(0, at), ...EFFECTS, ...lines.slice(at), ""].join("\n");

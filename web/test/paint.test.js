@@ -59,6 +59,8 @@ test("toon shapes are effects between models and instructions, and edits keep th
   assert.deepEqual(genome.layers, genomeIn(models).layers);
   assert.ok(isPainted(genome) && isByBrdf(genome) && !isByBrdf(genomeIn(models)));
   const program = "brood 1\n.dialect paper smooth registers 7\n.const C0 1 2 3 4\nADD R0, R1, C0\n";
+  const bumpy = models.replace(".model", ".bump strength 1\n.bump MOV R0, R0\n.model");
+  assert.equal(toonShape(bumpy), shape, "a toon shape has no bumps");
   const lines = toonShape(program).split("\n");
   assert.equal(lines.at(-2), "ADD R0, R1, C0");
   assert.equal(lines[3], ".effect light");
