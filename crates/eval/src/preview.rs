@@ -11,11 +11,11 @@ use brood_genome::oklab::Oklab;
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::{BroodRequest, Child, DrawScorer, Program, settle_scored};
-use brood_scene::{Exposure, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{Exposure, PixelArea, Raster, SampleSet, Sampling, Scene, Stage};
 use rayon::prelude::*;
 
 use crate::reflected::ReflectedLevels;
-use crate::{CanonicalEvaluator, Evaluator, Gain, develop_colors, develop_samples};
+use crate::{CanonicalEvaluator, Evaluator, Gain, develop_colors, develop_samples, texture_bumps};
 
 /// Side of a preview; its lit samples fit into one block of the evaluators.
 const SIZE_PX: u32 = 19;
@@ -33,17 +33,42 @@ const SHAPE_RANGE: f32 = 0.3;
 /// As [`UNLIKE_CODES`], for painted materials: 7 codes in larger pictures.
 const UNLIKE_PAINTED_CODES: f32 = 8.5;
 
+/// Returns the sphere of the preview scene.
+fn sphere() -> &'static Mesh {
+    static SPHERE: OnceLock<Mesh> = OnceLock::new();
+    SPHERE.get().unwrap_or_else(|| {
+        // Not inside `get_or_init`: making a mesh uses rayon, and a thread that waits for its part
+        // may run another task that needs the same mesh, which would deadlock. Making it twice is
+        // harmless.
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        SPHERE.get_or_init(|| mesh)
+    })
+}
+
 /// Returns the samples of the preview scene: a sphere under the default light, one ray per pixel.
 fn samples() -> &'static SampleSet {
     static SAMPLES: OnceLock<SampleSet> = OnceLock::new();
     SAMPLES.get().unwrap_or_else(|| {
-        // Not inside `get_or_init`: rendering uses rayon, and a thread that waits for its part may
-        // run another task that needs the same set, which would deadlock. Rendering twice is
-        // harmless.
-        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
-        let set = SampleSet::render(&mesh, &Scene::default(), SIZE_PX, Sampling::Fixed(1));
+        // Not inside `get_or_init`, as above.
+        let set = SampleSet::render(sphere(), &Scene::default(), SIZE_PX, Sampling::Fixed(1));
         SAMPLES.get_or_init(|| set)
     })
+}
+
+/// Returns the samples of the preview scene with the bumps of a program; `None` without.
+fn bumped_samples(program: &Program) -> Option<SampleSet> {
+    let bumps = texture_bumps(program)?;
+    let stage = Stage::from(sphere()).with_bumps(Some(bumps));
+    Some(SampleSet::render_with_assets(
+        stage,
+        &Scene::default(),
+        &LightAssets::default(),
+        Raster {
+            size_px: SIZE_PX.into(),
+            sampling: Sampling::Fixed(1),
+            area: PixelArea::whole(SIZE_PX),
+        },
+    ))
 }
 
 /// Returns the points of the preview scene, for painted materials.
@@ -51,11 +76,10 @@ fn points() -> &'static SampleSet {
     static POINTS: OnceLock<SampleSet> = OnceLock::new();
     POINTS.get().unwrap_or_else(|| {
         // Not inside `get_or_init`, as above.
-        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
         let (sampling, area) = (Sampling::Fixed(1), PixelArea::whole(SIZE_PX));
         let raster = Raster { size_px: SIZE_PX.into(), sampling, area };
         let set =
-            SampleSet::render_points(&mesh, &Scene::default(), &LightAssets::default(), raster);
+            SampleSet::render_points(sphere(), &Scene::default(), &LightAssets::default(), raster);
         POINTS.get_or_init(|| set)
     })
 }
@@ -87,7 +111,8 @@ impl Preview {
                 ReflectedLevels::of_samples(&evaluator, &brdf, samples()).expect(MEMORY);
             reflected.on(points())
         });
-        let set = match &reflected {
+        let bumped = bumped_samples(program);
+        let set = match reflected.as_ref().or(bumped.as_ref()) {
             Some(set) => set,
             None if is_painted => points(),
             None => samples(),
@@ -204,6 +229,17 @@ mod tests {
             assert!(count >= least, "{count} at {mutation}");
             assert!(looks[1..].iter().all(|look| !look.is_black()));
         }
+    }
+
+    #[test]
+    fn bumps_are_seen() {
+        let clay = "brood 1\n.model lambert\n";
+        let waves = "brood 1\n.model lambert\n.bump const C0 60 0 0.02 0\n\
+                     .bump MUL R1, R0, C0\n.bump SIN R1, R1.x\n.bump MUL R0, R1, C0.z\n";
+        let [clay, waves] = [clay, waves]
+            .map(|text| Preview::of(&Program::lower(&text.parse::<Genome>().unwrap())));
+        assert!(clay.apart(&waves) > UNLIKE_CODES);
+        assert!(!waves.is_black());
     }
 
     #[test]
