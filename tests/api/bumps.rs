@@ -65,5 +65,5 @@ async fn bumps_are_drawn_exported_and_inspected() {
     assert_eq!(found["bumps"], Value::Null);
     let text = "brood 1\n.model lambert\n.bump strength 99\n.bump MOV R0, R0\n";
     let refused = server.post_bytes("/v1/genomes", "text/x-brood", text).await.expect(422).json();
-    assert!(refused.to_string().contains("between -16 and 16, got 99"), "{refused}");
+    assert!(refused.to_string().contains("from -16 to 16, got `99`"), "{refused}");
 }

@@ -188,7 +188,7 @@ impl SampledPicture<'_> {
             Ok(())
         };
         if program.bumps().is_some() {
-            // Whole tiles would be of use to no other program.
+            // No other program has these bumps, so nothing would share samples of whole tiles.
             let mut pixels: Vec<u32> =
                 rough.iter().flat_map(|tile| &tile.pixels).map(|pixel| pixel.0).collect();
             pixels.sort_unstable();

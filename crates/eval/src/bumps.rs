@@ -28,8 +28,8 @@ pub fn texture_bumps(program: &Program) -> Option<Arc<dyn TextureBumps>> {
 pub struct TurnedPair {
     /// The turned directions.
     pub pair: DirectionPair,
-    /// f about the mesh's own normal is f of the turned pair times this: the ratio of the cosines
-    /// of wi, or 0 if wi is below the turned surface.
+    /// Factor from f of the turned pair to f about the mesh's own normal. It is the ratio of both
+    /// cosines of wi. It is 0 if wi is below the turned surface.
     pub factor: f64,
 }
 

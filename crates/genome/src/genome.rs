@@ -130,12 +130,14 @@ impl Genome {
         Self { dialect, instructions, constants, output, limited, layers, effects, bump }.checked()
     }
 
-    /// Creates a program of the position on the surface and checks all its parts but the dialect.
-    pub(crate) fn of_surface(
-        (dialect, instructions, constants): (Dialect, Vec<Instruction>, Box<[[f32; 4]; CONSTANTS]>),
-        output: Output,
+    /// Creates the program of bumps and checks all its parts but the dialect.
+    fn of_bumps(
+        dialect: Dialect,
+        instructions: Vec<Instruction>,
+        constants: Box<[[f32; 4]; CONSTANTS]>,
     ) -> Result<Self, GenomeError> {
-        let (limited, layers, effects, bump) = (false, Vec::new(), Vec::new(), None);
+        let (output, limited, bump) = (Output::IDENTITY, false, None);
+        let (layers, effects) = (Vec::new(), Vec::new());
         Self { dialect, instructions, constants, output, limited, layers, effects, bump }
             .with_checked_code()
     }
@@ -379,8 +381,7 @@ impl Bump {
         if !(1..=BUMP_LENGTH_MAX).contains(&length) {
             return Err(GenomeError::BumpLength(length));
         }
-        let dialect = Self::dialect(length);
-        let program = Genome::of_surface((dialect, instructions, constants), Output::IDENTITY)?;
+        let program = Genome::of_bumps(Self::dialect(length), instructions, constants)?;
         Self { strength: 1.0, program }.with_strength(strength)
     }
 

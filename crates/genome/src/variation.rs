@@ -377,10 +377,9 @@ impl<'a> Variation<'a> {
             draft.dialect.homogeneous = homogeneous;
         }
         draft.output = self.output.unwrap_or(draft.output);
-        let is_flat = self.constraints.bumps == Some(false);
-        let bump = draft.bump.take().filter(|_| !is_flat);
-        let Draft { dialect, instructions, constants, output, limited, layers, effects, .. } =
-            draft;
+        let Draft { dialect, instructions, constants, output, limited, .. } = draft;
+        let Draft { layers, effects, bump, .. } = draft;
+        let bump = bump.filter(|_| self.constraints.bumps != Some(false));
         if !effects.is_empty() && !effect::are_by_brdf(&effects) {
             return Genome::painted(dialect, instructions, constants, effects)
                 .expect("operators keep to the rules of effects");

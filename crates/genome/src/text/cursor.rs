@@ -76,14 +76,19 @@ impl<'a> Cursor<'a> {
 
     /// Reads a number from `low` (0 or -65504) to 65504.
     pub(super) fn number(&mut self, low: f32) -> Result<f32, TextError> {
+        self.number_within(low, RANGE)
+    }
+
+    /// Reads a number from `low` to `high`.
+    pub(super) fn number_within(&mut self, low: f32, high: f32) -> Result<f32, TextError> {
         let word = self.word("a number")?;
         let value = parse_number(word.text)
             .ok_or_else(|| word.error(format!("expected a number, got {}", quote(word.text))))?;
-        if (low..=RANGE).contains(&value) {
+        if (low..=high).contains(&value) {
             Ok(value)
         } else {
-            let range = if low < 0.0 { "from -65504 to 65504" } else { "from 0 to 65504" };
-            Err(word.error(format!("expected a number {range}, got {}", quote(word.text))))
+            let given = quote(word.text);
+            Err(word.error(format!("expected a number from {low} to {high}, got {given}")))
         }
     }
 

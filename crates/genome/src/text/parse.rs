@@ -8,9 +8,9 @@ use super::effect::EffectReader;
 use crate::effect::{self, Effect, Palette};
 use crate::operand::LETTERS;
 use crate::{
-    BUMP_LENGTH_MAX, Bump, CONSTANTS, Dialect, EffectsError, Genome, GenomeError, Instruction,
-    LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet, Operand, Output, Parametrisation, RANGE,
-    Register, Swizzle, WriteMask,
+    BUMP_LENGTH_MAX, BUMP_STRENGTH_MAX, Bump, CONSTANTS, Dialect, EffectsError, Genome,
+    GenomeError, Instruction, LAYERS_MAX, Model, ModelKind, Opcode, OpcodeSet, Operand, Output,
+    Parametrisation, RANGE, Register, Swizzle, WriteMask,
 };
 
 /// Largest number of instructions that a dialect allows; bounds the memory for any input.
@@ -185,7 +185,7 @@ impl Reader {
         let word = cursor.word("`strength`, `const` or an instruction")?;
         match word.text {
             "strength" => {
-                let strength = cursor.number(-RANGE)?;
+                let strength = cursor.number_within(-BUMP_STRENGTH_MAX, BUMP_STRENGTH_MAX)?;
                 once(&mut bump.strength, word, strength)
             }
             "const" => bump.program.constant(cursor),

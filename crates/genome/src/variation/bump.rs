@@ -17,9 +17,10 @@ use crate::{
     BUMP_STRENGTH_MAX, BirthKey, Bump, CONSTANTS, Genome, Input, Instruction, Liveness, expand,
 };
 
-/// Program of random bumps. C0 and C1 are the waves that bend those of C2 and C3: radians per unit
-/// of u and of v, and the phase. C4: radians of bending. C5: weights of the product, of both waves
-/// and of the square.
+/// Program of random bumps. C0 to C3 hold four waves: radians per unit of u, radians per unit of v,
+/// phase. The waves of C0 and C1 bend those of C2 and C3. C4.x and C4.y hold the radians of
+/// bending. C5 holds the weights of the product of both bent waves, of each of them, and of the
+/// square of that sum.
 const WAVES: &str = "\
 brood 1
 .dialect paper smooth registers 7

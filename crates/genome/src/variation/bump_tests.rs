@@ -35,7 +35,7 @@ fn text_json_and_bytes_round_trip() {
 fn wrong_bumps_are_rejected_with_their_place() {
     let base = "brood 1\n.model lambert\n";
     for (lines, place, reason) in [
-        (".bump strength 17\n.bump MOV R0, R0\n", (3, 1), "between -16 and 16, got 17"),
+        (".bump strength 17\n.bump MOV R0, R0\n", (3, 16), "from -16 to 16, got `17`"),
         (".bump strength x\n", (3, 16), "expected a number"),
         (".bump strength 1\n.bump strength 2\n", (4, 7), "strength is given twice"),
         (".bump strength 1\n", (3, 1), "1 to 64 instructions, got 0"),

@@ -179,7 +179,7 @@ impl<'a> Surface<'a> {
             let (mut fades, soft, mut reached) = (false, light.is_soft(), 0);
             light.for_each_sample(&receiver, |sample, light_sample| {
                 let wi = shaded.frame.local(light_sample.towards);
-                // Bumps are finer than pixels: pixels are compared as if there were none.
+                // Pixels are compared without bumps, which vary within a pixel.
                 let cosine = match &self.bumps {
                     Some(_) => shaded.mesh_normal().dot(light_sample.towards),
                     None => wi.z,
@@ -224,7 +224,8 @@ impl<'a> Surface<'a> {
             let partly = soft && (reached < all || all == 1);
             fading |= u32::from(fades || (reached > 0 && partly)) << index;
             if soft {
-                shade += light.unoccluded_irradiance(position, shaded.frame.n());
+                let n = if self.bumps.is_some() { shaded.mesh_normal() } else { shaded.frame.n() };
+                shade += light.unoccluded_irradiance(position, n);
             }
         }
         point.uv = shaded.uv;
