@@ -156,7 +156,7 @@ async fn lit_spheres_hold_a_material_in_the_environments_of_a_scene() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn lit_angles_hold_the_shadows_of_point_lights() {
+async fn lit_angles_hold_the_shadows_of_point_and_directional_lights() {
     let server = TestServer::start();
     let path = async |scene: &Value, query: &str| {
         let scene = server.post("/v1/scenes", scene).await.expect(201).json();
@@ -183,6 +183,13 @@ async fn lit_angles_hold_the_shadows_of_point_lights() {
     among["ground"]["material"] = json!("gold");
     among["objects"][0]["material"] = json!("paint-toon");
     assert_eq!(server.get(&path(&among, "side=40").await).await.expect(200).body, beside);
+    let mut sun = scene.clone();
+    sun["lights"][1] = json!({"kind": "directional", "direction": [-1, -2, -1]});
+    let of_sun = server.get(&path(&sun, "side=40").await).await.expect(200).body;
+    assert_eq!(of_sun.len(), file.len());
+    assert_ne!(of_sun, file);
+    sun["lights"][1]["illuminance_lx"] = json!(500);
+    assert_eq!(server.get(&path(&sun, "side=40").await).await.expect(200).body, of_sun);
     for (lights, shadows) in [
         (json!([{}]), false),
         (json!([{"kind": "sphere", "position": [0, 3, 3], "radius": 1}]), true),
@@ -190,7 +197,10 @@ async fn lit_angles_hold_the_shadows_of_point_lights() {
     ] {
         let scene = json!({"lights": lights, "shadows": shadows});
         let refused = server.get(&path(&scene, "side=40").await).await.expect(422).json();
-        assert!(text_of(&refused["detail"]).contains("point lights alone"), "{refused}");
+        assert!(
+            text_of(&refused["detail"]).contains("point or directional lights alone"),
+            "{refused}"
+        );
     }
     for query in ["side=15", "side=1025", "side=many", "", "side=40&light_deg=1"] {
         server.get(&path(&scene, query).await).await.expect(400);

@@ -58,6 +58,18 @@ export async function neighboursLive(app, step, shot, base) {
     return compared(await opened("Painted beside", "painted", scene, 4), "painted-ground");
   });
 
+  await step("draws painted objects on the ground under a directional light", async () => {
+    const scene = {
+      mesh: "knob", shadows: true, camera: CAMERA, ground: { material: "paint-toon" },
+      lights: [{ kind: "directional", direction: [-1, -1, -0.6] }],
+      objects: [
+        { mesh: "ball", position: [1.1, 0, 0.6], scale: 0.4, stands: true, material: "gold" },
+      ],
+      film: { exposure: -1, tone: "none" },
+    };
+    return compared(await opened("Under a sun", "painted", scene, 4), "sun");
+  });
+
   await step("draws an object without ground or shadows", async () => {
     const scene = {
       mesh: "cube", rotation_deg: [0, 30, 0], lights: LIGHTS,

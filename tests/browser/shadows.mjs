@@ -1,4 +1,4 @@
-// Hard shadows drawn live, compared with the server's pictures.
+// Hard shadows and directional lights drawn live, compared with the server's pictures.
 
 import { strict as assert } from "node:assert";
 
@@ -24,5 +24,25 @@ export async function shadowsLive(app, step, shot, base) {
     await assert.rejects(asServerDraws(app, generation, 250, base, plain), /apart in/);
     await goTo(app, before);
     return text;
+  });
+
+  await step("draws directional lights like the server, without and with shadows", async () => {
+    const scene = {
+      mesh: "knob",
+      rotation_deg: [10, 30, 0],
+      lights: [
+        { kind: "directional", direction: [-2, -1, -2], irradiance_w_m2: [3, 2.6, 2] },
+        { position: [-3, 1, 2], intensity: [4, 5, 6] },
+      ],
+      film: { exposure: -1, tone: "none" },
+    };
+    const under = async (name, given) => {
+      const created = { name, start: "believable", scene: { ...scene, ...given } };
+      const generation = await openLineage(app, base, created, 7);
+      return comparedAround(app, shot, base, generation, `9-${name.toLowerCase().replace(" ", "-")}`);
+    };
+    const text = [await under("Parallel light", {}), await under("Low sun", { shadows: true })];
+    await goTo(app, before);
+    return text.join("; ");
   });
 }

@@ -23,6 +23,11 @@ const FRAMING_MARGIN = 1.04;
 const NEAR_GROUND = 0.02;
 /** Default position of a light: azimuth, elevation, and distance in radii. */
 const PLACED = { azimuth: 65, elevation: 45, radii: 4 };
+/**
+ * Distance at which a directional light is drawn as a point light, radii: a power of 2, so that
+ * strengths stay exact. Its direction then changes by 1e-4 over a ground.
+ */
+const FAR = 2 ** 24;
 
 const DEGREE = Math.PI / 180;
 /** The world's axes. @type {Vec3[]} */
@@ -41,8 +46,9 @@ const WORLD = [
  *   the object.
  *
  * @typedef {{place: Vec3, intensity: Vec3, index: number, degrees: number}} PointLight With lengths
- *   in radii: irradiance at normal incidence is intensity over squared distance. `index`: among the
- *   lights of the scene other than environments; `degrees`: how far it has gone round.
+ *   in radii: irradiance at normal incidence is intensity over squared distance; a directional
+ *   light is far away. `index`: among the lights of the scene other than environments; `degrees`:
+ *   how far it has gone round.
  */
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
@@ -144,7 +150,7 @@ export function viewOf(camera, extent, { rotation, scale }, stage) {
 }
 
 /** Lights other than environments. @param {Pick<Scene, "lights">} scene */
-const pointsOf = ({ lights }) => (lights ?? []).filter(({ kind }) => kind !== "environment");
+const lampsOf = ({ lights }) => (lights ?? []).filter(({ kind }) => kind !== "environment");
 
 /** True if there are objects beside the subject, or a ground. @param {Scene} scene */
 export const hasOthers = ({ objects, ground }) => Boolean(ground) || (objects ?? []).length > 0;
@@ -158,19 +164,20 @@ export const materialsOf = ({ objects, ground }) =>
   [...(objects ?? []), ...(ground ? [ground] : [])].map(({ material }) => material ?? "");
 
 /**
- * True if a scene can be drawn live: environments and a few point lights with an intensity or the
- * default one, curved normals, no normal map, and no environment where there are shadows, other
- * objects or a ground.
+ * True if a scene can be drawn live: environments and a few point or directional lights of the
+ * strength that the page adjusts or the default one, curved normals, no normal map, and no
+ * environment where there are shadows, other objects or a ground.
  * @param {Scene} scene
  */
 export const isDrawable = (scene) =>
-  (!(scene.shadows || hasOthers(scene)) || pointsOf(scene).length === (scene.lights ?? []).length) &&
+  (!(scene.shadows || hasOthers(scene)) || lampsOf(scene).length === (scene.lights ?? []).length) &&
   !(hasOthers(scene) && scene.backdrop?.kind === "environment") &&
   !hasNormalMaps(scene) &&
-  pointsOf(scene).length <= LIGHTS &&
+  lampsOf(scene).length <= LIGHTS &&
   (scene.normals ?? "curved") === "curved" &&
-  pointsOf(scene).every(
-    (light) => (light.kind ?? "point") === "point" && strengthField(light) !== null,
+  lampsOf(scene).every(
+    (light) =>
+      ["point", "directional"].includes(light.kind ?? "point") && strengthField(light) !== null,
   );
 
 /** @param {import("../model.js").Channels|undefined} strength @returns {Vec3|null} */
@@ -188,7 +195,15 @@ export const channels = (strength) =>
 export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
   const circle = about([0, 1, 0], lightDeg);
   const length = scale * extent.radius;
-  return pointsOf(scene).map((light, index) => {
+  return lampsOf(scene).map((light, index) => {
+    if (light.kind === "directional") {
+      const { direction } = light;
+      const from = direction ? negated(direction) : orbit(PLACED.azimuth, PLACED.elevation);
+      const turned = rotateBack(rotation, rotate(circle, from));
+      const place = scaled(turned, FAR / Math.hypot(...turned));
+      const irradiance = channels(light.irradiance_w_m2) ?? [Math.PI, Math.PI, Math.PI];
+      return { place, intensity: scaled(irradiance, FAR ** 2), index, degrees: lightDeg };
+    }
     const from = light.position
       ? relative(light.position, extent)
       : scaled(orbit(PLACED.azimuth, PLACED.elevation), PLACED.radii);

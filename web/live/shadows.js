@@ -1,6 +1,6 @@
 /**
- * Hard shadows of point lights that circle, live: the server finds the angles at which each light
- * reaches each pixel, once for an object, a camera and the places of the lights.
+ * Hard shadows of point and directional lights that circle, live: the server finds the angles at
+ * which each light reaches each pixel, once for an object, a camera and the places of the lights.
  *
  * @import { Scene } from "../model.js"
  */
@@ -64,7 +64,9 @@ export const angleOf = (degrees) => Math.floor(((((degrees % 360) + 360) % 360) 
 export function shadowKey(scene) {
   if (!scene.shadows) return "";
   const { mesh, rotation_deg, scale, camera, tangents, sphere_pole, ground } = scene;
-  const places = (scene.lights ?? []).map(({ position }) => position ?? null);
+  const places = (scene.lights ?? []).map(({ kind, position, direction }) =>
+    kind === "directional" ? { direction: direction ?? null } : (position ?? null),
+  );
   const others = (scene.objects ?? []).map(({ material, ...place }) => place);
   const height = ground ? (ground.height ?? "lowest") : null;
   return JSON.stringify([

@@ -66,6 +66,31 @@ test("the light circle is about the vertical, and the default light gives irradi
   near(light.intensity, [16 * Math.PI, 16 * Math.PI, 16 * Math.PI]);
 });
 
+test("directional lights are far away and give their irradiance", () => {
+  const lights = lightsOf(
+    {
+      lights: [
+        { kind: "directional", direction: [0, 0, -2], irradiance_w_m2: [3, 2, 1] },
+        { kind: "directional" },
+        {},
+      ],
+    },
+    { ...extent, radius: 7 },
+    { ...still, scale: 3 },
+    90,
+  );
+  const [sun, plain, lamp] = lights;
+  const far = Math.hypot(...sun.place);
+  assert.ok(far > 1e7);
+  near(sun.place.map((part) => part / far), [1, 0, 0]);
+  near(sun.intensity.map((part) => part / far ** 2), [3, 2, 1]);
+  // By default from where a point light is, with its irradiance at the centre.
+  const away = Math.hypot(...lamp.place);
+  near(plain.place.map((part) => part / far), lamp.place.map((part) => part / away));
+  near(plain.intensity.map((part) => part / far ** 2), lamp.intensity.map((part) => part / away ** 2));
+  assert.equal(strengthOf([sun]), 3 / Math.PI);
+});
+
 test("automatic exposure cancels the strength and not the colour", () => {
   const lights = lightsOf(
     { lights: [{ position: [0, 0, 4], intensity: [32 * Math.PI, 16 * Math.PI, 0] }, {}] },

@@ -15,7 +15,7 @@ mod tangents;
 mod tests;
 mod validate;
 
-use brood_light::{AssetRef, EnvironmentLight, Light, PointLight};
+use brood_light::{AssetRef, DirectionalLight, EnvironmentLight, Light, PointLight};
 use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -240,17 +240,21 @@ impl Scene {
     }
 
     /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same objects, camera, and
-    /// positions of lights, and defaults for everything else; `None` if there is none: without
-    /// shadows, or with other lights than point lights.
+    /// places of lights, and defaults for everything else; `None` if there is none: without
+    /// shadows, or with other lights than point and directional lights.
     #[must_use]
     pub fn for_angles(&self) -> Option<Self> {
-        let position = |light: &Light| match light {
+        let place = |light: &Light| match light {
             Light::Point(PointLight { position, .. }) => {
                 Some(Light::Point(PointLight { position: *position, strength: None }))
             }
+            Light::Directional(DirectionalLight { direction, .. }) => {
+                let direction = *direction;
+                Some(Light::Directional(DirectionalLight { direction, strength: None }))
+            }
             _ => None,
         };
-        let lights: Option<Vec<Light>> = self.lights.iter().map(position).collect();
+        let lights: Option<Vec<Light>> = self.lights.iter().map(place).collect();
         let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
         let plain = |object: &SceneObject| SceneObject {
             material: None,

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use brood_mesh::UnitFrame;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -26,6 +27,22 @@ pub struct DirectionalLight {
     pub strength: Option<Strength>,
 }
 
+impl DirectionalLight {
+    /// Returns the unit direction towards the light in the unit frame, turned as in
+    /// [`crate::LightSampler::all`].
+    #[must_use]
+    pub fn towards(&self, light_deg: f64, frame: &UnitFrame) -> DVec3 {
+        self.towards_in(&LightPlacement::new(light_deg, frame))
+    }
+
+    fn towards_in(&self, placement: &LightPlacement<'_>) -> DVec3 {
+        match self.direction {
+            Some(direction) => -placement.direction(direction),
+            None => placement.position(None).normalize(),
+        }
+    }
+}
+
 impl Kind for DirectionalLight {
     type Source = DirectionalSource;
 
@@ -35,12 +52,8 @@ impl Kind for DirectionalLight {
     }
 
     fn source(&self, placement: &LightPlacement<'_>, _: &LightAssets) -> Option<DirectionalSource> {
-        let towards = match self.direction {
-            Some(direction) => -placement.direction(direction),
-            None => placement.position(None).normalize(),
-        };
         let irradiance = self.strength.map_or([PI; 3], |strength| strength.radiometric());
-        Some(DirectionalSource { towards, irradiance })
+        Some(DirectionalSource { towards: self.towards_in(placement), irradiance })
     }
 }
 

@@ -1,7 +1,7 @@
-//! Lit angles: the angles of the light circle at which point lights reach the points of a picture.
-//! The page draws hard shadows from them while lights move.
+//! Lit angles: the angles of the light circle at which point and directional lights reach the
+//! points of a picture. The page draws hard shadows from them while lights move.
 
-use brood_light::{Light, LightAssets, PointLight};
+use brood_light::{DirectionalLight, Light, LightAssets, PointLight};
 use brood_mesh::UnitFrame;
 use brood_mesh::trace::{Ray, Stack};
 use glam::{DVec2, DVec3};
@@ -38,25 +38,21 @@ impl LitAngles {
     /// all has the angles of one beside it.
     ///
     /// # Domain
-    /// The scene has shadows, and all lights are point lights. Where a surface faces away from a
-    /// light, its angles mean nothing. A shadow that crosses a point within 1/64 of the circle, or
-    /// 1/128 with several objects, may be missed; of more than eight angles the closest pairs are
-    /// left out.
+    /// The scene has shadows, and all lights are point or directional lights; others are left out.
+    /// Where a surface faces away from a light, its angles mean nothing. A shadow that crosses a
+    /// point within 1/64 of the circle, or 1/128 with several objects, may be missed; of more than
+    /// eight angles the closest pairs are left out.
     #[must_use]
     pub fn trace<'a>(scene: &Scene, stage: impl Into<Stage<'a>>, side: u32) -> Self {
         let stage = stage.into();
-        let points = |light: &Light| match light {
-            Light::Point(light) => Some(light.clone()),
-            _ => None,
-        };
-        let lights: Vec<PointLight> = scene.lights.iter().filter_map(points).collect();
+        let lights: Vec<Lamp<'_>> = scene.lights.iter().filter_map(Lamp::of).collect();
         let tested = TESTED[usize::from(stage.count() > 1)];
         let part = |part: usize| {
             let own = stage.with_part(part);
             let sampler = pixel_sampler(&own, scene, &LightAssets::default(), side.into());
             let frame = own.frame(scene);
-            let circle = |light: &PointLight| {
-                let place = |angle: u32| (angle, place(light, angle, &frame));
+            let circle = |light: &Lamp<'_>| {
+                let place = |angle: u32| (angle, light.place(angle, &frame));
                 (0..=tested).map(|k| place(k * ANGLES / tested)).collect()
             };
             let circles = lights.iter().map(circle).collect();
@@ -112,7 +108,21 @@ impl LitAngles {
 struct Tracing<'a> {
     /// Subject, other objects, ground.
     parts: Vec<Part<'a>>,
-    lights: &'a [PointLight],
+    lights: &'a [Lamp<'a>],
+}
+
+/// Light whose angles are found.
+enum Lamp<'a> {
+    Point(&'a PointLight),
+    Directional(&'a DirectionalLight),
+}
+
+/// Where a light is, in the unit frame of a part.
+#[derive(Debug, Clone, Copy)]
+enum Place {
+    At(DVec3),
+    /// Unit direction towards it.
+    Towards(DVec3),
 }
 
 /// Part of a scene.
@@ -120,7 +130,7 @@ struct Part<'a> {
     sampler: PixelSampler<'a>,
     frame: UnitFrame,
     /// Angles at which each light is tested, with its places.
-    circles: Vec<Vec<(u32, DVec3)>>,
+    circles: Vec<Vec<(u32, Place)>>,
 }
 
 /// Surface point in the unit frame of a part.
@@ -140,7 +150,7 @@ impl Tracing<'_> {
         let of_pixel = |column: u32| {
             let point = self.parts.iter().find_map(|part| part.point((column, row), &mut stack))?;
             let lights = self.lights.iter().zip(&point.part.circles);
-            let of_light = |(light, circle): (&PointLight, &Vec<(u32, DVec3)>)| {
+            let of_light = |(light, circle): (&Lamp<'_>, &Vec<(u32, Place)>)| {
                 point.toggles(light, circle, &mut stack)
             };
             Some(lights.map(of_light).collect())
@@ -166,17 +176,16 @@ impl Part<'_> {
 impl Point<'_> {
     /// Returns the angles at which a light begins to reach the point and ceases. `circle` holds the
     /// tested angles with places of the light.
-    fn toggles(&self, light: &PointLight, circle: &[(u32, DVec3)], stack: &mut Stack) -> Toggles {
-        let place = |angle: u32| place(light, angle, &self.part.frame);
-        let faces = |place: DVec3| (place - self.position).dot(self.n) > 0.0;
-        let mut is_lit = |place: DVec3| {
-            let towards = place - self.position;
-            let distance = towards.length();
-            let ray = Ray { origin: self.start, direction: towards / distance };
+    fn toggles(&self, light: &Lamp<'_>, circle: &[(u32, Place)], stack: &mut Stack) -> Toggles {
+        let place = |angle: u32| light.place(angle, &self.part.frame);
+        let faces = |place: Place| place.seen_from(self.position).0.dot(self.n) > 0.0;
+        let mut is_lit = |place: Place| {
+            let (direction, distance) = place.seen_from(self.position);
+            let ray = Ray { origin: self.start, direction };
             !self.obstacles.is_occluded(ray, distance, stack)
         };
         // Angles at which the surface faces the light, first and last ones of an arc included.
-        let mut facing: Vec<(u32, DVec3)> = Vec::new();
+        let mut facing: Vec<(u32, Place)> = Vec::new();
         let mut before: Option<(u32, bool)> = None;
         for (angle, at) in circle {
             let now = faces(*at);
@@ -210,9 +219,38 @@ impl Point<'_> {
     }
 }
 
-/// Returns the place of a light at an angle.
-fn place(light: &PointLight, angle: u32, frame: &UnitFrame) -> DVec3 {
-    light.place(360.0 * f64::from(angle) / f64::from(ANGLES), frame)
+impl<'a> Lamp<'a> {
+    /// Returns the lamp of a light; `None` for lights without hard shadows.
+    fn of(light: &'a Light) -> Option<Self> {
+        match light {
+            Light::Point(light) => Some(Self::Point(light)),
+            Light::Directional(light) => Some(Self::Directional(light)),
+            _ => None,
+        }
+    }
+
+    /// Returns the place at an angle.
+    fn place(&self, angle: u32, frame: &UnitFrame) -> Place {
+        let degrees = 360.0 * f64::from(angle) / f64::from(ANGLES);
+        match self {
+            Self::Point(light) => Place::At(light.place(degrees, frame)),
+            Self::Directional(light) => Place::Towards(light.towards(degrees, frame)),
+        }
+    }
+}
+
+impl Place {
+    /// Returns the unit direction to the light from a position, and its distance.
+    fn seen_from(self, position: DVec3) -> (DVec3, f64) {
+        match self {
+            Self::At(place) => {
+                let towards = place - position;
+                let distance = towards.length();
+                (towards / distance, distance)
+            }
+            Self::Towards(direction) => (direction, f64::INFINITY),
+        }
+    }
 }
 
 /// Returns an angle of which a condition is true, and false of the one before. It is false of the
@@ -303,6 +341,12 @@ mod tests {
                 "lights": [{"position": [4, 0.5, 1]}, {"position": [-1, 3, 3]}]}"#,
             &[],
         );
+        check_angles(
+            r#"{"mesh": "knob", "shadows": true, "rotation_deg": [10, 20, 0],
+                "lights": [{"kind": "directional", "direction": [-3, -1, -1]},
+                    {"kind": "directional"}, {"position": [4, 0.5, 1]}]}"#,
+            &[],
+        );
     }
 
     #[test]
@@ -315,6 +359,13 @@ mod tests {
                     {"mesh": "torus", "position": [-0.9, 0.3, 0.9], "scale": 0.5,
                         "rotation_deg": [40, 0, 20]}]}"#,
             &[BuiltinMesh::Ball, BuiltinMesh::Torus, BuiltinMesh::Ground],
+        );
+        check_angles(
+            r#"{"mesh": "knob", "shadows": true, "ground": {}, "camera": {"orbit_deg": [15, 20]},
+                "lights": [{"kind": "directional", "direction": [-2, -2, -1]}],
+                "objects": [{"mesh": "torus", "stands": true, "position": [1.2, 0, 0.6],
+                    "scale": 0.4}]}"#,
+            &[BuiltinMesh::Torus, BuiltinMesh::Ground],
         );
         check_angles(
             r#"{"mesh": "cube", "scale": 0.8, "shadows": true, "lights": [{"position": [3, 1, 1]}],
