@@ -1,6 +1,7 @@
 //! Inputs of clear bodies: the colours that mirrored and refracted rays of each sample see.
 
 use brood_brdf::Input;
+use brood_genome::Effect;
 use brood_program::Program;
 use brood_scene::{Raster, SampleSet, WayOut};
 
@@ -23,12 +24,13 @@ impl Renderer {
     ) -> Result<SampleSet, RenderError> {
         let lowered = style.painted(points.lighting().expect("the samples are points"));
         let reads_ways = lowered.reads_ways();
-        let glass = style.glass().filter(|_| reads_ways);
-        let index = glass.and_then(brood_genome::Effect::index_of_refraction);
+        let index = style.glass().and_then(Effect::index_of_refraction);
+        let index = index.expect("a clear style has an index");
         // Where nothing enters a thin body, it shows its mirror instead.
-        let is_thin = index.is_some_and(|index| index < 1.0);
+        let is_thin = reads_ways && index < 1.0;
         let mirrored = lowered.reads_mirrored() || is_thin;
-        let sight = self.sight(shot, (points, raster), Followed { mirrored, index })?;
+        let followed = Followed { mirrored, ways: reads_ways, index };
+        let sight = self.sight(shot, (points, raster), followed)?;
         let own = match style.is_by_brdf() {
             true => self.seen_along(shot, (shot.view.stage.part(), style), &sight.rays)?,
             false => self.seen_on(&sight.own, style, shot.frame.backend)?,
@@ -45,12 +47,19 @@ fn columns(
 ) -> Vec<(Input, Vec<f32>)> {
     let color = |ray: usize| own[ray].or(sight.colors[ray]);
     let mut columns = Vec::new();
-    let mirrored = |sample: usize| if sight.has_mirrored { color(sample) } else { None };
-    if sight.has_mirrored {
+    let mut push = |inputs, length, seen: &[(SeenColor, f32)]| {
+        columns.extend(channels(inputs, seen.iter().map(|(color, _)| *color)));
+        let lengths = seen.iter().map(|(color, length)| color.map_or(ENDLESS, |_| *length));
+        columns.push((length, lengths.collect()));
+    };
+    let mirrored = |sample: usize| match sight.mirrored.get(sample) {
+        Some(length) => (color(sample), *length as f32),
+        None => (None, ENDLESS),
+    };
+    if !sight.mirrored.is_empty() {
         let inputs = [Input::MirroredRed, Input::MirroredGreen, Input::MirroredBlue];
-        let colors = (0..samples).map(mirrored);
-        columns.extend(channels(inputs, colors.clone()));
-        columns.push((Input::Mirrored, colors.map(|c| f32::from(u8::from(c.is_some()))).collect()));
+        let seen: Vec<(SeenColor, f32)> = (0..samples).map(mirrored).collect();
+        push(inputs, Input::MirroredLength, &seen);
     }
     if sight.ways.is_empty() {
         return columns;
@@ -65,14 +74,12 @@ fn columns(
         let way = |sample: usize| -> (SeenColor, f32) {
             match (sight.ways[sample][at], sight.numbers[sample][at]) {
                 (Some(way), Some(ray)) => (color(ray), way.length as f32),
-                _ if at == 0 && is_thin => (mirrored(sample), 0.0),
+                _ if at == 0 && is_thin => mirrored(sample),
                 _ => (None, ENDLESS),
             }
         };
         let ways: Vec<(SeenColor, f32)> = (0..samples).map(way).collect();
-        columns.extend(channels(inputs, ways.iter().map(|(color, _)| *color)));
-        let lengths = ways.iter().map(|(color, length)| color.map_or(ENDLESS, |_| *length));
-        columns.push((length, lengths.collect()));
+        push(inputs, length, &ways);
     }
     let share = |ways: &[Option<WayOut>; 2]| ways[0].map_or(1.0, |way| way.share as f32);
     columns.push((Input::Way0Share, sight.ways.iter().map(share).collect()));

@@ -27,16 +27,19 @@ pub(crate) type SeenColor = Option<[f32; 3]>;
 pub(crate) struct Followed {
     /// Mirrored eye rays.
     pub(crate) mirrored: bool,
-    /// Ways through a body of this index of refraction.
-    pub(crate) index: Option<f64>,
+    /// Ways through the body.
+    pub(crate) ways: bool,
+    /// Index of refraction of the body.
+    pub(crate) index: f64,
 }
 
 /// Rays of the samples of a body with the colours that they see, without the body itself.
 pub(crate) struct Sight {
     /// Ways of each sample; empty if none are followed.
     pub(crate) ways: Vec<[Option<WayOut>; 2]>,
-    /// True if the first rays are the mirrored ones, one for each sample.
-    pub(crate) has_mirrored: bool,
+    /// Lengths inside the body of the mirrored rays, one for each sample, which are the first rays;
+    /// empty if none are followed.
+    pub(crate) mirrored: Vec<f64>,
     /// Number of the ray of each way.
     pub(crate) numbers: Vec<[Option<usize>; 2]>,
     /// All rays that are followed.
@@ -50,6 +53,7 @@ pub(crate) struct Sight {
 impl Sight {
     fn bytes(&self) -> usize {
         size_of_val(self.ways.as_slice())
+            + size_of_val(self.mirrored.as_slice())
             + size_of_val(self.numbers.as_slice())
             + size_of_val(self.rays.as_slice())
             + size_of_val(self.colors.as_slice())
@@ -70,8 +74,8 @@ impl Renderer {
         let exposure = self.exposure_of_others(shot)?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(view.points_key(raster).as_bytes()).update(b"sight");
-        hasher.update(&[u8::from(followed.mirrored), u8::from(followed.index.is_some())]);
-        hasher.update(&followed.index.unwrap_or_default().to_le_bytes());
+        hasher.update(&[u8::from(followed.mirrored), u8::from(followed.ways)]);
+        hasher.update(&followed.index.to_le_bytes());
         hasher.update(&exposure.ev.to_le_bytes()).update(&view.seen_behind());
         for object in &frame.objects {
             let words = object.words.iter().flat_map(|word| word.to_le_bytes());
@@ -96,10 +100,12 @@ impl Renderer {
         (followed, exposure): (Followed, Gain),
     ) -> Result<Sight, RenderError> {
         let Shot { view, frame, .. } = shot;
-        let has_mirrored = followed.mirrored;
-        let mut rays = if has_mirrored { points.mirrored_rays() } else { Vec::new() };
-        let ways = followed.index.map(|index| points.ways_out(view.stage.mesh(), index));
-        let ways = ways.unwrap_or_default();
+        let (stage, index) = (&view.stage, followed.index);
+        let mirrored =
+            if followed.mirrored { points.mirrored_ways(stage, index) } else { Vec::new() };
+        let mut rays: Vec<LeavingRay> = mirrored.iter().map(|way| way.leaving).collect();
+        let mirrored = mirrored.iter().map(|way| way.length).collect();
+        let ways = if followed.ways { points.ways_out(stage, index) } else { Vec::new() };
         let numbers = ways.iter().map(|pair| {
             pair.map(|way| {
                 way.map(|way| {
@@ -111,7 +117,21 @@ impl Renderer {
         let numbers = numbers.collect();
         let rays_traced = rays.len() as u64;
         self.caches.counters.add(RenderStats { rays: rays_traced, ..RenderStats::default() });
-        let mut colors = behind(view, (frame.size_px, &rays), exposure);
+        let colors = self.seen_around(shot, &rays, exposure)?;
+        let own = of_rays((view, view.stage.part()), frame.size_px, &rays, Seen::Points);
+        Ok(Sight { ways, mirrored, numbers, rays, colors, own })
+    }
+
+    /// Returns the colours that rays see of everything but the part of the shot. The rays are in
+    /// its unit frame.
+    fn seen_around(
+        &self,
+        shot: &Shot<'_>,
+        rays: &[LeavingRay],
+        exposure: Gain,
+    ) -> Result<Vec<SeenColor>, RenderError> {
+        let Shot { view, frame, .. } = shot;
+        let mut colors = behind(view, (frame.size_px, rays), exposure);
         let part = view.stage.part();
         for other in (0..view.parts()).filter(|other| *other != part) {
             let program = match other.checked_sub(1) {
@@ -120,13 +140,12 @@ impl Renderer {
             };
             // Without its material, the subject is not seen.
             let Some(program) = program else { continue };
-            let seen = self.seen_along(shot, (other, &program), &rays)?;
+            let seen = self.seen_along(shot, (other, &program), rays)?;
             for (color, seen) in colors.iter_mut().zip(seen) {
                 *color = seen.or(*color);
             }
         }
-        let own = of_rays((view, part), frame.size_px, &rays, Seen::Points);
-        Ok(Sight { ways, has_mirrored, numbers, rays, colors, own })
+        Ok(colors)
     }
 
     /// Returns the colours that rays see of a part of the scene with a material. The rays are in
@@ -242,3 +261,7 @@ fn behind(
     let color = |radiance| Some(exposure.codes(radiance).map(|code| f32::from(code) / 255.0));
     radiance.into_iter().map(color).collect()
 }
+
+#[cfg(test)]
+#[path = "sight_tests.rs"]
+mod tests;

@@ -127,7 +127,7 @@ pub(crate) fn name(input: Input) -> String {
         Input::MirroredRed => "mirrored_red",
         Input::MirroredGreen => "mirrored_green",
         Input::MirroredBlue => "mirrored_blue",
-        Input::Mirrored => "mirrored",
+        Input::MirroredLength => "mirrored_length",
         Input::Way0Red => "way_0_red",
         Input::Way0Green => "way_0_green",
         Input::Way0Blue => "way_0_blue",

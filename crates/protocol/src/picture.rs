@@ -10,7 +10,7 @@ use crate::Subject;
 
 /// Version of the renderer. Increment it whenever the pixels of an existing key would change: of
 /// programs and targets, of their pixel statuses, and of what a target's file decodes to.
-pub const RENDERER_VERSION: u32 = 12;
+pub const RENDERER_VERSION: u32 = 13;
 
 brood_brdf::named_enum! {
     /// Requested evaluator.

@@ -247,8 +247,8 @@ crate::named_enum! {
         MirroredGreen => "mirrored.g",
         /// Blue of what the mirrored eye ray sees.
         MirroredBlue => "mirrored.b",
-        /// 1 if the mirrored eye ray sees something, else 0.
-        Mirrored => "mirrored",
+        /// Length of the mirrored way inside the body, in its radii; 65504 if nothing is seen.
+        MirroredLength => "mirrored.d",
         /// Red of what the eye sees through the first way out of a clear body, in display values.
         Way0Red => "way.r.0",
         /// Green through the first way out.

@@ -7,6 +7,9 @@ use super::Painter;
 use crate::build::Reference;
 use crate::{Meaning, Program};
 
+/// Inputs of the mirrored way: red, green, blue and length.
+const MIRRORED: [Input; 4] =
+    [Input::MirroredRed, Input::MirroredGreen, Input::MirroredBlue, Input::MirroredLength];
 /// Inputs of a way out of a body: red, green, blue and length.
 const WAYS: [[Input; 4]; 2] = [
     [Input::Way0Red, Input::Way0Green, Input::Way0Blue, Input::Way0Length],
@@ -35,7 +38,7 @@ impl Program {
     /// True if the program reads what mirrored eye rays see.
     #[must_use]
     pub fn reads_mirrored(&self) -> bool {
-        self.inputs().contains(Input::Mirrored)
+        self.inputs().contains(Input::MirroredLength)
     }
 
     /// True if the program reads what the eye sees through a clear body.
@@ -58,10 +61,7 @@ impl Painter<'_> {
         let mut over = under;
         for (channel, over) in over.iter_mut().enumerate() {
             let depth = self.number(depth[channel]);
-            let inputs = [Input::MirroredRed, Input::MirroredGreen, Input::MirroredBlue];
-            let (color, is_seen) =
-                (self.builder.input(inputs[channel]), self.builder.input(Input::Mirrored));
-            let mirrored = self.mixed(depth, color, is_seen);
+            let mirrored = self.way(effect, (MIRRORED, channel), depth);
             let mirrored = self.mul(mirror, mirrored);
             let [first, second] = WAYS.map(|way| self.way(effect, (way, channel), depth));
             let share = self.builder.input(Input::Way0Share);

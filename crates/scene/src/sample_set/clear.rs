@@ -2,7 +2,7 @@
 //!
 //! All rays are in the unit frame of the body and start just beside its surface.
 
-use brood_mesh::trace::{Hit, Ray, Stack};
+use brood_mesh::trace::{Ray, Stack};
 use brood_mesh::{Mesh, MeshParts};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,13 +12,17 @@ use super::point::START_ABOVE;
 use super::seen_point::{LeavingRay, SeenPoint};
 use super::set::SampleSet;
 use crate::description::Tangents;
+use crate::stage::{Other, Stage};
 
-/// Largest number of walls inside a body that a way meets.
-const WALLS_MAX: usize = 6;
+/// Largest number of walls that a way meets in a body before it leaves.
+const WALLS_MAX: usize = 64;
+/// Largest number of times that a way meets a body again that it has left.
+const MEETINGS_MAX: usize = 4;
 /// Number of rays that a thread follows at a time.
 const TOGETHER: usize = 256;
 
-/// Way of the eye through a body: it enters, passes walls inside and leaves.
+/// Way of the eye that leaves a body for good: it was mirrored, or has entered, passed walls inside
+/// and left.
 #[derive(Debug, Clone, Copy)]
 pub struct WayOut {
     /// Ray that leaves.
@@ -30,34 +34,47 @@ pub struct WayOut {
 }
 
 impl SampleSet {
-    /// Returns the mirrored eye ray of each sample.
+    /// Returns the mirrored eye ray of each sample, of a body with an index of refraction relative
+    /// to its surroundings. If it meets the body again, it goes on as [`SampleSet::ways_out`] do.
     ///
     /// # Panics
     /// If the set was not made by [`SampleSet::render_clear_points`].
     #[must_use]
-    pub fn mirrored_rays(&self) -> Vec<LeavingRay> {
-        self.seen_points().iter().map(SeenPoint::mirrored).collect()
+    pub fn mirrored_ways(&self, stage: &Stage<'_>, index: f64) -> Vec<WayOut> {
+        self.followed(stage, index, |body, point, stack| {
+            let wall = point.wall();
+            body.way_out((wall.mirrored(-point.eye), point.seed), (0.0, 1.0), stack)
+        })
     }
 
     /// Returns at most two ways out of the body for each sample, of a body with an index of
     /// refraction relative to its surroundings. If nothing enters the body, there is none.
     ///
-    /// A way turns at up to six walls. At each, light leaves by Fresnel's equations for a
-    /// dielectric; the rest stays inside. `mesh` is that of the part of the stage.
+    /// At each wall inside, light leaves by Fresnel's equations for a dielectric; the rest stays
+    /// inside. A way that leaves and meets the body again, before any other part of the stage,
+    /// follows the stronger of mirrored and refracted ray at each wall.
     ///
     /// # Domain
-    /// A closed mesh and an index above 0. Through a gap of an open mesh, a way leaves without
-    /// being bent.
+    /// The stage shows the part whose samples these are, with a closed mesh; an index above 0.
+    /// Through a gap of an open mesh, a way leaves without being bent.
     ///
     /// # Panics
-    /// As [`SampleSet::mirrored_rays`].
+    /// As [`SampleSet::mirrored_ways`].
     #[must_use]
-    pub fn ways_out(&self, mesh: &Mesh, index: f64) -> Vec<[Option<WayOut>; 2]> {
-        let points = self.seen_points();
-        let chunks = points.par_chunks(TOGETHER);
+    pub fn ways_out(&self, stage: &Stage<'_>, index: f64) -> Vec<[Option<WayOut>; 2]> {
+        self.followed(stage, index, |body, point, stack| body.ways_out(point, stack))
+    }
+
+    fn followed<T: Send>(
+        &self,
+        stage: &Stage<'_>,
+        index: f64,
+        follow: impl Fn(&Body<'_>, &SeenPoint, &mut Stack) -> T + Sync,
+    ) -> Vec<T> {
+        let chunks = self.seen_points().par_chunks(TOGETHER);
+        let body = Body { mesh: stage.mesh(), others: stage.others(), index };
         let chunks = chunks.map_init(Stack::default, |stack, points| {
-            let ways = points.iter().map(|point| ways_out(mesh, point, index, stack));
-            ways.collect::<Vec<_>>()
+            points.iter().map(|point| follow(&body, point, stack)).collect::<Vec<_>>()
         });
         chunks.flatten_iter().collect()
     }
@@ -69,24 +86,8 @@ impl SampleSet {
 }
 
 impl SeenPoint {
-    /// Returns the mirrored eye ray. If the shading normal sends it into the body, it is mirrored
-    /// at the triangle.
-    fn mirrored(&self) -> LeavingRay {
-        let at = |n: DVec3| 2.0 * n.dot(self.eye) * n - self.eye;
-        let by_shading = at(self.n);
-        let outwards = by_shading.dot(self.face) > 0.0;
-        let direction = if outwards { by_shading } else { at(self.face) };
-        let origin = self.position + self.face * START_ABOVE;
-        LeavingRay { ray: Ray { origin, direction: direction.normalize() }, seed: self.seed }
-    }
-
-    /// Returns the ray that enters a body with an index of refraction; `None` if all is mirrored.
-    fn entering(&self, index: f64) -> Option<Ray> {
-        let bent = |n: DVec3| refracted(-self.eye, n, 1.0 / index);
-        let direction = bent(self.n)?;
-        let inwards = direction.dot(self.face) < 0.0;
-        let direction = if inwards { direction } else { bent(self.face)? };
-        Some(Ray { origin: self.position - self.face * START_ABOVE, direction })
+    fn wall(&self) -> Wall {
+        Wall { position: self.position, n: self.n, face: self.face, distance: 0.0 }
     }
 }
 
@@ -118,68 +119,134 @@ fn mirrored_share(cosine: f64, ratio: f64) -> f64 {
     0.5 * (across * across + along * along)
 }
 
-fn ways_out(mesh: &Mesh, point: &SeenPoint, index: f64, stack: &mut Stack) -> [Option<WayOut>; 2] {
-    let mut ways = [None; 2];
-    let Some(mut ray) = point.entering(index) else { return ways };
-    let (mut found, mut length, mut left) = (0, 0.0, 1.0);
-    let leaving = |ray| LeavingRay { ray, seed: point.seed };
-    for _ in 0..WALLS_MAX {
-        let Some(hit) = mesh.tracer().trace(ray, stack) else {
-            ways[found] = Some(WayOut { leaving: leaving(ray), length, share: left });
-            break;
-        };
-        let wall = Wall::new(mesh, &hit, ray);
-        length += wall.distance;
-        let share = mirrored_share(-ray.direction.dot(wall.n), index);
-        let out = refracted(ray.direction, wall.n, index).filter(|_| share < 1.0);
-        if let Some(direction) = out {
-            let inwards = direction.dot(wall.face) >= 0.0;
-            let bent = refracted(ray.direction, wall.face, index).filter(|_| inwards);
-            let direction = bent.unwrap_or(direction);
-            let origin = wall.position - wall.face * START_ABOVE;
-            let leaving = leaving(Ray { origin, direction });
-            ways[found] = Some(WayOut { leaving, length, share: left * (1.0 - share) });
-            found += 1;
-            if found == ways.len() {
-                break;
-            }
-            left *= share;
-        }
-        ray = wall.mirrored(ray);
-    }
-    let all: f64 = ways.iter().flatten().map(|way| way.share).sum();
-    for way in ways.iter_mut().flatten() {
-        way.share = if all > 0.0 { way.share / all } else { 0.0 };
-    }
-    ways
+/// Clear body among other parts.
+struct Body<'a> {
+    mesh: &'a Mesh,
+    others: Vec<Other<'a>>,
+    index: f64,
 }
 
-/// Wall of a body, seen from inside.
+impl Body<'_> {
+    fn ways_out(&self, point: &SeenPoint, stack: &mut Stack) -> [Option<WayOut>; 2] {
+        let mut ways = [None; 2];
+        let entering = point.wall().crossed(-point.eye, 1.0 / self.index);
+        let Some(mut ray) = entering else { return ways };
+        let (mut found, mut length, mut left) = (0, 0.0, 1.0);
+        for _ in 0..WALLS_MAX {
+            let Some(wall) = self.wall(ray, stack) else {
+                ways[found] = Some(self.way_out((ray, point.seed), (length, left), stack));
+                break;
+            };
+            length += wall.distance;
+            let share = wall.mirrored_share(ray, self.index);
+            let out = wall.crossed(ray.direction, self.index).filter(|_| share < 1.0);
+            if let Some(out) = out {
+                let share = left * (1.0 - share);
+                ways[found] = Some(self.way_out((out, point.seed), (length, share), stack));
+                found += 1;
+                if found == ways.len() {
+                    break;
+                }
+            }
+            left *= share;
+            ray = wall.mirrored(ray.direction);
+        }
+        let all: f64 = ways.iter().flatten().map(|way| way.share).sum();
+        for way in ways.iter_mut().flatten() {
+            way.share = if all > 0.0 { way.share / all } else { 0.0 };
+        }
+        ways
+    }
+
+    /// Returns the way of a ray that has left the body, with the length of its way inside and its
+    /// share. If it meets the body again, it follows the stronger ray of each wall.
+    fn way_out(
+        &self,
+        (mut ray, seed): (Ray, u64),
+        (mut length, share): (f64, f64),
+        stack: &mut Stack,
+    ) -> WayOut {
+        for _ in 0..MEETINGS_MAX {
+            let Some(wall) = self.wall(ray, stack) else { break };
+            let reach = wall.distance;
+            if self.others.iter().any(|other| other.is_hit(ray, reach, stack)) {
+                break;
+            }
+            if wall.mirrored_share(ray, 1.0 / self.index) > 0.5 {
+                ray = wall.mirrored(ray.direction);
+                continue;
+            }
+            let inside = wall.crossed(ray.direction, 1.0 / self.index);
+            let out = inside.and_then(|inside| self.strongest_out(inside, stack));
+            let Some((out, inside)) = out else { break };
+            (ray, length) = (out, length + inside);
+        }
+        WayOut { leaving: LeavingRay { ray, seed }, length, share }
+    }
+
+    /// Returns where a ray inside the body leaves, by the stronger ray of each wall, and the length
+    /// inside; `None` if it stays.
+    fn strongest_out(&self, mut ray: Ray, stack: &mut Stack) -> Option<(Ray, f64)> {
+        let mut length = 0.0;
+        for _ in 0..WALLS_MAX {
+            let Some(wall) = self.wall(ray, stack) else { return Some((ray, length)) };
+            length += wall.distance;
+            if wall.mirrored_share(ray, self.index) <= 0.5 {
+                return wall.crossed(ray.direction, self.index).map(|out| (out, length));
+            }
+            ray = wall.mirrored(ray.direction);
+        }
+        None
+    }
+
+    /// Returns the wall that a ray meets.
+    fn wall(&self, ray: Ray, stack: &mut Stack) -> Option<Wall> {
+        let parts: &MeshParts = self.mesh.parts();
+        let hit = self.mesh.tracer().trace(ray, stack)?;
+        let shaded = ShadedPoint::new(parts, &hit, -ray.direction, Tangents::Vertex);
+        let position = (shaded.position - self.mesh.centre()) / self.mesh.radius();
+        let (n, face) = (shaded.frame.n(), shaded.face());
+        let n = if n.dot(ray.direction) < 0.0 { n } else { face };
+        Some(Wall { position, n, face, distance: (position - ray.origin).dot(ray.direction) })
+    }
+}
+
+/// Point of the surface of a body, on one of its sides.
 struct Wall {
     position: DVec3,
-    /// Shading normal and normal of the triangle, inwards.
+    /// Shading normal and normal of the triangle, on the side of the ray that meets it.
     n: DVec3,
     face: DVec3,
+    /// Distance from the origin of the ray.
     distance: f64,
 }
 
 impl Wall {
-    fn new(mesh: &Mesh, hit: &Hit, ray: Ray) -> Self {
-        let parts: &MeshParts = mesh.parts();
-        let shaded = ShadedPoint::new(parts, hit, -ray.direction, Tangents::Vertex);
-        let position = (shaded.position - mesh.centre()) / mesh.radius();
-        let (n, face) = (shaded.frame.n(), shaded.face());
-        let n = if n.dot(ray.direction) < 0.0 { n } else { face };
-        Self { position, n, face, distance: (position - ray.origin).dot(ray.direction) }
+    /// Returns the ray behind the wall; `None` if all is mirrored. `ratio`: index before the wall
+    /// over that behind it. If the shading normal sends it back, it is bent at the triangle.
+    fn crossed(&self, direction: DVec3, ratio: f64) -> Option<Ray> {
+        let bent = |n: DVec3| refracted(direction, n, ratio);
+        let by_shading = bent(self.n)?;
+        let is_behind = by_shading.dot(self.face) < 0.0;
+        let by_face = if is_behind { None } else { bent(self.face) };
+        let origin = self.position - self.face * START_ABOVE;
+        Some(Ray { origin, direction: by_face.unwrap_or(by_shading) })
     }
 
-    fn mirrored(&self, ray: Ray) -> Ray {
-        let at = |n: DVec3| ray.direction - 2.0 * n.dot(ray.direction) * n;
+    /// Returns the mirrored ray. If the shading normal sends it behind the wall, it is mirrored at
+    /// the triangle.
+    fn mirrored(&self, direction: DVec3) -> Ray {
+        let at = |n: DVec3| direction - 2.0 * n.dot(direction) * n;
         let by_shading = at(self.n);
-        let inwards = by_shading.dot(self.face) > 0.0;
-        let direction = if inwards { by_shading } else { at(self.face) };
+        let is_before = by_shading.dot(self.face) > 0.0;
+        let direction = if is_before { by_shading } else { at(self.face) };
         let origin = self.position + self.face * START_ABOVE;
         Ray { origin, direction: direction.normalize() }
+    }
+
+    /// Returns the share of light that is mirrored.
+    fn mirrored_share(&self, ray: Ray, ratio: f64) -> f64 {
+        mirrored_share(-ray.direction.dot(self.n), ratio)
     }
 }
 

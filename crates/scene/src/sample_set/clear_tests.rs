@@ -26,7 +26,7 @@ fn ways_through_a_sphere_are_those_of_a_ball() {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let set = points(&mesh, "{}");
     for index in [1.0, 1.33, 1.5, 2.0] {
-        let ways = set.ways_out(&mesh, index);
+        let ways = set.ways_out(&Stage::from(&mesh), index);
         let (mut angles, mut lengths, mut shares) = (Vec::new(), Vec::new(), Vec::new());
         for (point, ways) in set.seen.iter().zip(&ways) {
             let way = ways[0].expect("light enters a denser body");
@@ -84,7 +84,7 @@ fn walls_mirror_by_fresnel() {
 fn thinner_bodies_mirror_everything_at_the_limb() {
     let mesh = Mesh::builtin(BuiltinMesh::Sphere);
     let set = points(&mesh, "{}");
-    let ways = set.ways_out(&mesh, 0.5);
+    let ways = set.ways_out(&Stage::from(&mesh), 0.5);
     let critical = 0.5f64.asin();
     for (point, ways) in set.seen.iter().zip(&ways) {
         let angle = point.n.angle_between(point.eye);
@@ -100,8 +100,8 @@ fn mirrored_rays_leave_the_surface_at_the_angle_of_the_eye() {
         let mesh = Mesh::builtin(name);
         let set = points(&mesh, r#"{"rotation_deg": [20, 30, 0]}"#);
         let (mut by_shading, mut all) = (0, 0);
-        for (point, leaving) in set.seen.iter().zip(set.mirrored_rays()) {
-            let direction = leaving.ray.direction;
+        for point in &set.seen {
+            let direction = point.wall().mirrored(-point.eye).direction;
             assert!(direction.dot(point.face) > 0.0 && (direction.length() - 1.0).abs() < 1e-12);
             let expected = 2.0 * point.n.dot(point.eye) * point.n - point.eye;
             by_shading += u32::from((direction - expected).length() < 1e-9);
@@ -111,16 +111,51 @@ fn mirrored_rays_leave_the_surface_at_the_angle_of_the_eye() {
     }
 }
 
+/// Rays that meet the body again are followed through it, unless another object is before it.
+#[test]
+fn ways_go_on_through_the_body() {
+    let on_body = |mesh: &Mesh, ray: Ray| mesh.tracer().trace(ray, &mut Stack::default()).is_some();
+    let torus = Mesh::builtin(BuiltinMesh::Torus);
+    let json = r#"{"mesh": "torus", "rotation_deg": [60, 10, 0],
+        "objects": [{"mesh": "sphere", "scale": 0.2}]}"#;
+    let set = points(&torus, json);
+    let alone = Stage::from(&torus);
+    let mirrored = set.mirrored_ways(&alone, 1.5);
+    let met = set.seen.iter().map(|point| on_body(&torus, point.wall().mirrored(-point.eye)));
+    let met: Vec<bool> = met.collect();
+    let (mut again, mut through, mut kept) = (0, 0, 0);
+    for (met, way) in met.iter().zip(&mirrored) {
+        assert!(*met || way.length == 0.0);
+        again += u32::from(*met);
+        through += u32::from(way.length > 0.0);
+        kept += u32::from(on_body(&torus, way.leaving.ray));
+    }
+    assert!(again > 250 && through * 2 > again && kept * 20 < again, "{again} {through} {kept}");
+    let ways = set.ways_out(&alone, 1.5);
+    let stays = ways.iter().flatten().flatten().filter(|way| on_body(&torus, way.leaving.ray));
+    assert!(stays.count() * 100 < ways.len());
+
+    let scene: Scene = serde_json::from_str(json).unwrap();
+    let sphere = Mesh::builtin(BuiltinMesh::Sphere);
+    let among = set.mirrored_ways(&Stage::new(&scene, &torus, &[&sphere]), 1.5);
+    let ends = |ways: &[WayOut]| ways.iter().filter(|way| on_body(&torus, way.leaving.ray)).count();
+    assert!(ends(&among) > ends(&mirrored) + 20, "{} {}", ends(&among), ends(&mirrored));
+
+    let sphere_points = points(&sphere, "{}");
+    let ways = sphere_points.mirrored_ways(&Stage::from(&sphere), 1.5);
+    assert!(ways.iter().all(|way| way.length == 0.0 && way.share == 1.0));
+}
+
 /// Ways leave closed meshes; a plane is no body.
 #[test]
 fn ways_leave_every_built_in_body() {
     for name in [BuiltinMesh::Ball, BuiltinMesh::Cube, BuiltinMesh::Torus, BuiltinMesh::Knob] {
         let mesh = Mesh::builtin(name);
         let set = points(&mesh, r#"{"rotation_deg": [20, 30, 0]}"#);
-        let ways = set.ways_out(&mesh, 1.33);
+        let ways = set.ways_out(&Stage::from(&mesh), 1.33);
         let mut left = 0;
         for way in ways.iter().flatten().flatten() {
-            assert!(way.length >= 0.0 && way.length < 14.0, "{}", way.length);
+            assert!(way.length >= 0.0 && way.length < 130.0, "{}", way.length);
             assert!((0.0..=1.0).contains(&way.share));
             assert!(way.leaving.ray.direction.is_normalized());
             left += 1;

@@ -30,7 +30,7 @@ impl SampleSet {
     }
 
     /// As [`SampleSet::render_points`], and keeps where each sample is on the surface, for
-    /// [`SampleSet::mirrored_rays`] and [`SampleSet::ways_out`].
+    /// [`SampleSet::mirrored_ways`] and [`SampleSet::ways_out`].
     ///
     /// # Panics
     /// As [`SampleSet::render_points`].
