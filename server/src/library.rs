@@ -53,13 +53,15 @@ pub fn check_brdf(genome: &Genome) -> Result<(), ApiError> {
 /// # Errors
 /// 422 if there are too many.
 pub fn check_painted_lights(lights: usize) -> Result<(), ApiError> {
-    if lights <= Input::LIGHTS {
-        return Ok(());
-    }
+    too_many_lights(lights).map_or(Ok(()), |words| Err(ApiError::refused(words)))
+}
+
+/// Returns why a painted material cannot be drawn under this number of lights.
+fn too_many_lights(lights: usize) -> Option<String> {
     let most = Input::LIGHTS;
-    let words =
-        format!("a scene of painted materials must have at most {most} lights, got {lights}");
-    Err(ApiError::refused(words))
+    (lights > most).then(|| {
+        format!("a scene of painted materials must have at most {most} lights, got {lights}")
+    })
 }
 
 /// Optical properties of a material in a scene.
@@ -166,7 +168,12 @@ impl Framed {
     /// # Errors
     /// 422 if it cannot.
     pub fn check(&self, program: &Program) -> Result<(), ApiError> {
-        if program.is_painted() { check_painted_lights(self.lights) } else { Ok(()) }
+        self.refusal(program).map_or(Ok(()), |words| Err(ApiError::refused(words)))
+    }
+
+    /// Returns why a program cannot be drawn in this frame.
+    pub fn refusal(&self, program: &Program) -> Option<String> {
+        if program.is_painted() { too_many_lights(self.lights) } else { None }
     }
 
     /// Returns the key of a program's picture in this frame.

@@ -169,3 +169,29 @@ async fn scenes_with_more_than_eight_lights_are_refused_for_paint_alone() {
     assert_eq!(refused["detail"], words);
     server.post(&path, &json!({"presets": ["model-gold"]})).await.expect(201);
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn paint_under_too_many_lights_fails_no_other_picture() {
+    let server = TestServer::start();
+    let scene = json!({"mesh": "sphere", "lights": vec![json!({}); 9]});
+    let many = server.post("/v1/scenes", &scene).await.expect(201).json()["id"].clone();
+    let lineage = json!({"name": "x", "start": "models"});
+    let lineage = server.post("/v1/lineages", &lineage).await.expect(201).json();
+    let lineage = format!("/v1/lineages/{}", text_of(&lineage["id"]));
+    let both = json!({"presets": ["paint-ink", "model-gold"]});
+    let adopted = format!("{lineage}/adoptions");
+    let generation = server.post(&adopted, &both).await.expect(201).json();
+    server.patch(&lineage, Some("\"1\""), &json!({"scene": many})).await.expect(200);
+    let path = format!("/v1/generations/{}", text_of(&generation["id"]));
+    let shown = server.get(&path).await.expect(200).json();
+    let pictures: Vec<String> = shown["individuals"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| text_of(&one["thumbnail"]).to_owned())
+        .collect();
+    let (paint, gold) = tokio::join!(server.get(&pictures[0]), server.get(&pictures[1]));
+    let words = "a scene of painted materials must have at most 8 lights, got 9";
+    assert_eq!(paint.problem(422)["detail"], words);
+    gold.expect(200);
+}

@@ -1,6 +1,7 @@
 //! Picture requests: answered from memory, from disk, by a render already in flight, or by a new
 //! job.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -49,7 +50,8 @@ impl PictureService {
     /// Returns a picture, rendered if necessary; waits at most [`limit::WAIT`].
     ///
     /// # Errors
-    /// 503 if the server is busy, stopping or too slow; 500 if rendering fails.
+    /// 422 if the material cannot be drawn in the scene; 503 if the server is busy, stopping or too
+    /// slow; 500 if rendering fails.
     pub async fn get(
         self: &Arc<Self>,
         request: impl Into<PictureRequest>,
@@ -84,6 +86,7 @@ impl PictureService {
         };
         match outcome {
             Some(Ok(bytes)) => Ok(bytes),
+            Some(Err(Failure::Refused(reason))) => Err(ApiError::refused(reason.as_ref())),
             Some(Err(Failure::Missing(reason))) => Err(ApiError::not_found(reason.as_ref())),
             Some(Err(Failure::Render(reason))) => Err(ApiError::render_failed(reason.as_ref())),
             Some(Err(Failure::Busy)) => Err(ApiError::busy("too many pictures are queued")),
@@ -120,12 +123,33 @@ impl PictureService {
         let frame = FrameId::of(&row);
         if self.batches.add(frame, row) {
             tokio::time::sleep(BATCH_WINDOW).await;
-            let rows = self.batches.take(&frame);
+            let rows = self.drawable(frame, self.batches.take(&frame)).await;
             for batch in rows.chunks(frame.per_job()) {
                 let work = self.work_of(frame, batch);
                 self.enqueue(work, batch.iter().map(|row| row.key)).await;
             }
         }
+    }
+
+    /// Returns the pictures of one frame whose materials can be drawn in it, and fails the others,
+    /// so that these do not fail the pictures of their job.
+    async fn drawable(
+        &self,
+        frame: FrameId,
+        mut rows: Vec<Arc<StoredPicture>>,
+    ) -> Vec<Arc<StoredPicture>> {
+        // What cannot be read fails with its reason when the job is made.
+        let Ok(framed) = self.library.frame(frame.view()).await else { return rows };
+        let mut refused = HashMap::new();
+        for row in &rows {
+            let material = self.library.material(row.genome_hash).await;
+            if let Some(words) = material.ok().and_then(|one| framed.refusal(&one.program)) {
+                refused.insert(row.key, Failure::Refused(words.into()));
+            }
+        }
+        rows.retain(|row| !refused.contains_key(&row.key));
+        refused.into_iter().for_each(|(key, failure)| self.cache.fail([key], &failure));
+        rows
     }
 
     /// Returns the render job for stored pictures of one frame.

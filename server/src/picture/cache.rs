@@ -29,6 +29,8 @@ const WRITES: usize = 1024;
 pub enum Failure {
     /// The worker cannot render it.
     Render(Arc<str>),
+    /// The subject cannot be drawn in the frame.
+    Refused(Arc<str>),
     /// The subject does not exist.
     Missing(Arc<str>),
     /// Too many pictures are queued, or its job was not written; a retry may help.
