@@ -156,7 +156,7 @@ async fn lit_spheres_hold_a_material_in_the_environments_of_a_scene() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn lit_angles_hold_the_shadows_of_point_and_directional_lights() {
+async fn lit_angles_hold_the_shadows_of_lights_without_size() {
     let server = TestServer::start();
     let path = async |scene: &Value, query: &str| {
         let scene = server.post("/v1/scenes", scene).await.expect(201).json();
@@ -183,6 +183,10 @@ async fn lit_angles_hold_the_shadows_of_point_and_directional_lights() {
     among["ground"]["material"] = json!("gold");
     among["objects"][0]["material"] = json!("paint-toon");
     assert_eq!(server.get(&path(&among, "side=40").await).await.expect(200).body, beside);
+    // Where a spot light shines, it has the shadows of a point light.
+    let mut spot = scene.clone();
+    spot["lights"][1] = json!({"kind": "spot", "position": [1, 2, 3], "falloff_deg": 20});
+    assert_eq!(server.get(&path(&spot, "side=40").await).await.expect(200).body, file);
     let mut sun = scene.clone();
     sun["lights"][1] = json!({"kind": "directional", "direction": [-1, -2, -1]});
     let of_sun = server.get(&path(&sun, "side=40").await).await.expect(200).body;
@@ -198,7 +202,7 @@ async fn lit_angles_hold_the_shadows_of_point_and_directional_lights() {
         let scene = json!({"lights": lights, "shadows": shadows});
         let refused = server.get(&path(&scene, "side=40").await).await.expect(422).json();
         assert!(
-            text_of(&refused["detail"]).contains("point or directional lights alone"),
+            text_of(&refused["detail"]).contains("point, spot or directional lights alone"),
             "{refused}"
         );
     }

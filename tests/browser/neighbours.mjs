@@ -58,10 +58,13 @@ export async function neighboursLive(app, step, shot, base) {
     return compared(await opened("Painted beside", "painted", scene, 4), "painted-ground");
   });
 
-  await step("draws painted objects on the ground under a directional light", async () => {
+  await step("draws painted objects on the ground under a directional and a spot light", async () => {
     const scene = {
       mesh: "knob", shadows: true, camera: CAMERA, ground: { material: "paint-toon" },
-      lights: [{ kind: "directional", direction: [-1, -1, -0.6] }],
+      lights: [
+        { kind: "directional", direction: [-1, -1, -0.6] },
+        { kind: "spot", position: [-2, 3, 2], hotspot_deg: 5, falloff_deg: 12 },
+      ],
       objects: [
         { mesh: "ball", position: [1.1, 0, 0.6], scale: 0.4, stands: true, material: "gold" },
       ],

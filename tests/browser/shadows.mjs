@@ -1,4 +1,4 @@
-// Hard shadows and directional lights drawn live, compared with the server's pictures.
+// Hard shadows, and directional and spot lights, drawn live, compared with the server's pictures.
 
 import { strict as assert } from "node:assert";
 
@@ -26,13 +26,13 @@ export async function shadowsLive(app, step, shot, base) {
     return text;
   });
 
-  await step("draws directional lights like the server, without and with shadows", async () => {
+  await step("draws directional and spot lights like the server, without and with shadows", async () => {
     const scene = {
       mesh: "knob",
       rotation_deg: [10, 30, 0],
       lights: [
         { kind: "directional", direction: [-2, -1, -2], irradiance_w_m2: [3, 2.6, 2] },
-        { position: [-3, 1, 2], intensity: [4, 5, 6] },
+        { kind: "spot", position: [-3, 1, 2], intensity: [14, 15, 16] },
       ],
       film: { exposure: -1, tone: "none" },
     };

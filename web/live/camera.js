@@ -4,8 +4,10 @@
  * `lighting.rs`.
  *
  * @import { Camera, Scene, Vec3 } from "../model.js"
+ * @import { Cone } from "./cone.js"
  * @import { Stage } from "./stage.js"
  */
+import { EVERY_WAY, coneOf } from "./cone.js";
 import { strengthField } from "../scene/light_color.js";
 import { hasNormalMaps } from "../scene/normal_map.js";
 import { about, axes, fromDegrees } from "../scene/rotation.js";
@@ -45,10 +47,10 @@ const WORLD = [
  *   the visible height: at distance 1, or anywhere if rays are parallel. `near` and `far` enclose
  *   the object.
  *
- * @typedef {{place: Vec3, intensity: Vec3, index: number, degrees: number}} PointLight With lengths
- *   in radii: irradiance at normal incidence is intensity over squared distance; a directional
- *   light is far away. `index`: among the lights of the scene other than environments; `degrees`:
- *   how far it has gone round.
+ * @typedef {{place: Vec3, intensity: Vec3, cone: Cone, index: number, degrees: number}} PointLight
+ * With lengths in radii: irradiance at normal incidence is intensity over squared distance; a
+ * directional light is far away. `index`: among the lights of the scene other than environments;
+ * `degrees`: how far it has gone round.
  */
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
@@ -164,8 +166,8 @@ export const materialsOf = ({ objects, ground }) =>
   [...(objects ?? []), ...(ground ? [ground] : [])].map(({ material }) => material ?? "");
 
 /**
- * True if a scene can be drawn live: environments and a few point or directional lights of the
- * strength that the page adjusts or the default one, curved normals, no normal map, and no
+ * True if a scene can be drawn live: environments and a few point, directional or spot lights of
+ * the strength that the page adjusts or the default one, curved normals, no normal map, and no
  * environment where there are shadows, other objects or a ground.
  * @param {Scene} scene
  */
@@ -177,7 +179,7 @@ export const isDrawable = (scene) =>
   (scene.normals ?? "curved") === "curved" &&
   lampsOf(scene).every(
     (light) =>
-      ["point", "directional"].includes(light.kind ?? "point") && strengthField(light) !== null,
+      ["point", "directional", "spot"].includes(light.kind ?? "point") && strengthField(light) !== null,
   );
 
 /** @param {import("../model.js").Channels|undefined} strength @returns {Vec3|null} */
@@ -202,7 +204,8 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
       const turned = rotateBack(rotation, rotate(circle, from));
       const place = scaled(turned, FAR / Math.hypot(...turned));
       const irradiance = channels(light.irradiance_w_m2) ?? [Math.PI, Math.PI, Math.PI];
-      return { place, intensity: scaled(irradiance, FAR ** 2), index, degrees: lightDeg };
+      const intensity = scaled(irradiance, FAR ** 2);
+      return { place, intensity, cone: EVERY_WAY, index, degrees: lightDeg };
     }
     const from = light.position
       ? relative(light.position, extent)
@@ -214,7 +217,12 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
     const intensity = given
       ? scaled(given, 1 / length ** 2)
       : [Math.PI * squared, Math.PI * squared, Math.PI * squared];
-    return { place, intensity, index, degrees: lightDeg };
+    if (light.kind !== "spot")
+      return { place, intensity, cone: EVERY_WAY, index, degrees: lightDeg };
+    // By default towards the centre.
+    const aimed = light.axis ? rotateBack(rotation, rotate(circle, light.axis)) : negated(place);
+    const axis = scaled(aimed, 1 / (Math.hypot(...aimed) || 1));
+    return { place, intensity, cone: coneOf(light, axis), index, degrees: lightDeg };
   });
 }
 

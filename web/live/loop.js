@@ -37,6 +37,7 @@ import { OtherParts } from "./others.js";
 import { PaintedSurfaces, drawPainted } from "./paint.js";
 import { MeanLights, paintLightsOf } from "./paint_lights.js";
 import { AdaptiveResolution, displayInterval } from "./resolution.js";
+import { EVERY_WAY } from "./cone.js";
 import { ShadowTexture, shadowKey } from "./shadows.js";
 import { turnOf } from "./spheres.js";
 import { stageOf } from "./stage.js";
@@ -47,7 +48,7 @@ import { drawSurroundings, keepSurroundings } from "./surroundings.js";
 import { ToolBox } from "./tools.js";
 
 /** Stands for a scene without lights, which is drawn black. @type {PointLight} */
-const DARK = { place: [0, 0, 1], intensity: [0, 0, 0], index: 0, degrees: 0 };
+const DARK = { place: [0, 0, 1], intensity: [0, 0, 0], cone: EVERY_WAY, index: 0, degrees: 0 };
 
 /** @type {HTMLCanvasElement|null} */
 let canvas = null;

@@ -13,6 +13,7 @@
  * @import { Surface } from "./surface.js"
  * @import { View } from "./camera.js"
  */
+import { CONE, bindCone } from "./cone.js";
 import { OUTLINED, linkNow, read, uniformLocation } from "./program.js";
 import { REACHED, angleOf } from "./shadows.js";
 import { NEAREST_FOUND, drawWithin } from "./surface.js";
@@ -109,6 +110,7 @@ uniform bool parallel;
 layout(location = 0) out vec4 cosines;
 layout(location = 1) out vec4 arriving;
 ${REACHED}
+${CONE}
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
   vec3 p = texelFetch(point, here, 0).xyz;
@@ -127,7 +129,10 @@ void main() {
   vec2 cosine_change = vec2(dot(a.xyz, l), dot(vec3(a.w, b.xy), l));
   vec2 mirror_change = vec2(dot(vec3(b.zw, c.x), l), dot(c.yzw, l));
   cosines = vec4(cosine, mirror, min(length(cosine_change), 1.0), min(length(mirror_change), 1.0));
-  arriving = vec4(dot(l, x), dot(l, cross(n, x)), 1.0 / squared, reached_share(point_of(here, u.w)));
+  float share = in_cone(l);
+  arriving = vec4(dot(l, x), dot(l, cross(n, x)), share / squared, reached_share(point_of(here, u.w)));
+  // Outside of its cone, a light is none.
+  if (share == 0.0) cosines = arriving = vec4(0.0);
 }`;
 
 /** GLSL: display values to linear light. */
@@ -312,10 +317,11 @@ function drawLights(gl, pen, into, surface, view, { lights, angles }) {
   read(gl, pen, { point, normal, tangent, low, middle, high, angles });
   bindView(gl, pen, view);
   gl.uniform1i(uniformLocation(gl, pen, "side"), side);
-  lights.forEach(({ place, isDirection, index, degrees }, slot) => {
+  lights.forEach(({ place, isDirection, cone, index, degrees }, slot) => {
     gl.viewport(0, slot * side, side, side);
     gl.uniform1i(uniformLocation(gl, pen, "base"), slot * side);
     gl.uniform4f(uniformLocation(gl, pen, "light"), ...place, isDirection ? 0 : 1);
+    bindCone(gl, pen, cone);
     gl.uniform1ui(uniformLocation(gl, pen, "angle"), angleOf(degrees));
     gl.uniform1i(uniformLocation(gl, pen, "numbered"), index);
     drawWithin(gl, surface);

@@ -4,9 +4,11 @@
  *
  * @import { EnvironmentMean as Mean, Scene, Vec3 } from "../model.js"
  * @import { Extent } from "./camera.js"
+ * @import { Cone } from "./cone.js"
  */
 import { meanOfEnvironment } from "../api/routes.js";
 import { about } from "../scene/rotation.js";
+import { EVERY_WAY } from "./cone.js";
 import { LIGHTS, channels, lightsOf, rotate, rotateBack } from "./camera.js";
 import { rotationAt } from "./spheres.js";
 
@@ -14,14 +16,16 @@ import { rotationAt } from "./spheres.js";
 const AGAIN_MS = 5000;
 
 /**
- * @typedef {{place: Vec3, isDirection: boolean, color: Vec3, index: number, degrees: number}}
- *   PaintLight `place`: of a light, or the direction to it; `color`: relative irradiance at
- *   distance 1; `index`, `degrees`: as of point lights.
+ * @typedef {{place: Vec3, isDirection: boolean, color: Vec3, cone: Cone, index: number, degrees:
+ *   number}} PaintLight `place`: of a light, or the direction to it; `color`: relative irradiance
+ *   at distance 1; `index`, `degrees`: as of point lights.
  *
  */
 
 /** Stands for a scene without lights. @type {PaintLight} */
-const DARK = { place: [0, 0, 1], isDirection: true, color: [0, 0, 0], index: 0, degrees: 0 };
+const DARK = {
+  place: [0, 0, 1], isDirection: true, color: [0, 0, 0], cone: EVERY_WAY, index: 0, degrees: 0,
+};
 
 
 /**
@@ -85,16 +89,16 @@ export function paintLightsOf(scene, extent, pose, degrees, meanOf) {
       const [r, g, b] = mean.radiance.map((channel, k) => Math.PI * channel * scale[k]);
       const place = rotateBack(pose.rotation, turned);
       found.push({
-        light: { place, isDirection: true, color: [r, g, b], index: 0, degrees },
+        light: { place, isDirection: true, color: [r, g, b], cone: EVERY_WAY, index: 0, degrees },
         strength: Math.max(r, g, b),
       });
       continue;
     }
     const point = points.shift();
     if (!point) return null;
-    const { place, intensity: color, index } = point;
+    const { place, intensity: color, cone, index } = point;
     found.push({
-      light: { place, isDirection: false, color, index, degrees },
+      light: { place, isDirection: false, color, cone, index, degrees },
       strength: Math.max(...color) / (place[0] ** 2 + place[1] ** 2 + place[2] ** 2),
     });
   }

@@ -1,6 +1,7 @@
 /**
- * Hard shadows of point and directional lights that circle, live: the server finds the angles at
- * which each light reaches each pixel, once for an object, a camera and the places of the lights.
+ * Hard shadows of point, spot and directional lights that circle, live: the server finds the angles
+ * at which each light reaches each pixel, once for an object, a camera and the places of the
+ * lights.
  *
  * @import { Scene } from "../model.js"
  */

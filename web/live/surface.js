@@ -18,6 +18,7 @@
  * @import { PointLight, View } from "./camera.js"
  * @import { Spheres } from "./spheres.js"
  */
+import { CONE, bindCone } from "./cone.js";
 import { dropLitCells, makeLitCells, resetLitCells } from "./lit_cells.js";
 import { SIDES, outline, triangles } from "./outline.js";
 import { EVERYWHERE, OUTLINED, linkNow, read, uniformLocation } from "./program.js";
@@ -100,6 +101,7 @@ uniform int base;
 uniform vec3 light;
 out vec4 result;
 ${REACHED}
+${CONE}
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
   vec4 p = texelFetch(point, here, 0);
@@ -110,7 +112,7 @@ void main() {
   float squared = dot(towards, towards);
   vec3 wi = towards * inversesqrt(squared);
   float cos_i = dot(wi, n.xyz);
-  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 && reached(point_of(here, u.w)) ? p.w * cos_i / squared : 0.0, n.w);
+  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 && reached(point_of(here, u.w)) ? p.w * in_cone(wi) * cos_i / squared : 0.0, n.w);
 }`;
 
 /**
@@ -276,6 +278,7 @@ export function lightSurface(gl, pens, into, lights, angles) {
     gl.viewport(0, slot * into.side, into.side, into.side);
     gl.uniform1i(uniformLocation(gl, pens.lit, "base"), slot * into.side);
     gl.uniform3fv(uniformLocation(gl, pens.lit, "light"), light.place);
+    bindCone(gl, pens.lit, light.cone);
     gl.uniform1ui(uniformLocation(gl, pens.lit, "angle"), angleOf(light.degrees));
     gl.uniform1i(uniformLocation(gl, pens.lit, "numbered"), light.index);
     drawWithin(gl, into);

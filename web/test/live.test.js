@@ -91,6 +91,24 @@ test("directional lights are far away and give their irradiance", () => {
   assert.equal(strengthOf([sun]), 3 / Math.PI);
 });
 
+test("spot lights shine along their axis or towards the centre", () => {
+  const lights = lightsOf(
+    {
+      lights: [
+        { kind: "spot", position: [0, 0, 4], hotspot_deg: 0, falloff_deg: 60 },
+        { kind: "spot", position: [0, 3, 0], axis: [0, 0, 5], falloff_deg: 90, hotspot_deg: 90 },
+      ],
+    },
+    extent,
+    still,
+    90,
+  );
+  near(lights[0].cone.axis, [-1, 0, 0]);
+  near([lights[0].cone.outer, lights[0].cone.slope], [0.5, 2]);
+  near(lights[1].cone.axis, [1, 0, 0]);
+  assert.ok(lights[1].cone.slope > 1e5);
+});
+
 test("automatic exposure cancels the strength and not the colour", () => {
   const lights = lightsOf(
     { lights: [{ position: [0, 0, 4], intensity: [32 * Math.PI, 16 * Math.PI, 0] }, {}] },

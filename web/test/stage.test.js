@@ -80,7 +80,7 @@ test("stops of a ground are interpolated around the circle", () => {
   assert.equal(gainBetween([null, 4, null, null], 200), null);
 });
 
-test("scenes with other objects are drawn live under point and directional lights alone", () => {
+test("scenes with other objects are drawn live under point, spot and directional lights alone", () => {
   const beside = { ...SCENE, shadows: true, ground: {}, objects: [{ material: "gold" }] };
   assert.deepEqual(materialsOf(beside), ["gold", ""]);
   assert.deepEqual(partPaths(beside), [
@@ -90,7 +90,7 @@ test("scenes with other objects are drawn live under point and directional light
   const environment = { kind: /** @type {const} */ ("environment"), image: "studio" };
   const sun = { kind: /** @type {const} */ ("directional"), irradiance_w_m2: 3 };
   assert.equal(isDrawable({ ...beside, lights: [lamp, lamp] }), true);
-  assert.equal(isDrawable({ ...beside, lights: [lamp, sun] }), true);
+  assert.equal(isDrawable({ ...beside, lights: [lamp, sun, { kind: "spot" }] }), true);
   assert.equal(isDrawable({ ...beside, lights: [{ ...sun, illuminance_lx: 5 }] }), false);
   assert.equal(isDrawable({ ...beside, lights: [lamp, environment] }), false);
   assert.equal(isDrawable({ ...beside, shadows: false, lights: [environment] }), false);

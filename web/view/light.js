@@ -106,7 +106,7 @@ function Circle() {
         onInput=${(/** @type {number} */ to) => (liveStore.lightSpeed.value = to)} />
     `}
     ${sceneStore.scene.value && !circles && html`<p class="small">The environment stays in place; a lamp would circle.</p>`}
-    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs curved normals, no normal maps, and point or directional lights; an environment only around an object alone without shadows. ${refusedPicture() ? "This browser cannot read the picture behind as the server does. " : ""}Showing server renders.</p>`}
+    ${liveStore.supported.value !== false && !liveStore.sceneDrawable.value && html`<p class="small" data-testid="stills">Live preview needs curved normals, no normal maps, and point, spot or directional lights; an environment only around an object alone without shadows. ${refusedPicture() ? "This browser cannot read the picture behind as the server does. " : ""}Showing server renders.</p>`}
   `;
 }
 

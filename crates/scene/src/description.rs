@@ -15,7 +15,7 @@ mod tangents;
 mod tests;
 mod validate;
 
-use brood_light::{AssetRef, DirectionalLight, EnvironmentLight, Light, PointLight};
+use brood_light::{AssetRef, DirectionalLight, EnvironmentLight, Light, PointLight, SpotLight};
 use brood_mesh::BuiltinMesh;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -241,11 +241,15 @@ impl Scene {
 
     /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same objects, camera, and
     /// places of lights, and defaults for everything else; `None` if there is none: without
-    /// shadows, or with other lights than point and directional lights.
+    /// shadows, or with other lights than point, spot and directional lights. A spot light is a
+    /// point light then: where it shines, it has the same shadows.
     #[must_use]
     pub fn for_angles(&self) -> Option<Self> {
         let place = |light: &Light| match light {
             Light::Point(PointLight { position, .. }) => {
+                Some(Light::Point(PointLight { position: *position, strength: None }))
+            }
+            Light::Spot(SpotLight { position, .. }) => {
                 Some(Light::Point(PointLight { position: *position, strength: None }))
             }
             Light::Directional(DirectionalLight { direction, .. }) => {

@@ -30,9 +30,9 @@ pub struct AnglesQuery {
     side: u32,
 }
 
-/// Returns the angles on the light circle at which the point and directional lights of a scene
-/// reach the points of its picture, on the nearest object. Only of scenes with shadows and no other
-/// lights.
+/// Returns the angles on the light circle at which the point, spot and directional lights of a
+/// scene reach the points of its picture, on the nearest object. Only of scenes with shadows and no
+/// other lights.
 ///
 /// Little-endian: `broodang`, u32 version (1), u32 side, u32 lights, then for each light the pixels
 /// row by row from the bottom. A pixel is eight u16 in ascending order: the angles at which the
@@ -53,7 +53,7 @@ pub async fn get(
         return Err(ApiError::bad_parameter("side", words));
     }
     let known = app.library.scene(id).await?;
-    let words = "lit angles need a scene with shadows, and point or directional lights alone";
+    let words = "lit angles need a scene with shadows, and point, spot or directional lights alone";
     let scene = known.scene.for_angles().ok_or_else(|| ApiError::refused(words))?;
     // Shadows do not depend on materials.
     let plain = |object: &ObjectSource| ObjectSource { mesh: object.mesh, words: Vec::new() };
