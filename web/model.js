@@ -55,11 +55,12 @@
  * @typedef {number|Vec3|null} Channels one number for all channels, or one each
  *
  * @typedef {{kind?: LightKind, position?: Vec3|null, direction?: Vec3|null, axis?: Vec3|null,
- * intensity?: Channels, irradiance_w_m2?: Channels, illuminance_lx?: Channels, radiance_w_m2_sr?:
- * Channels, scale?: Channels, profile?: string, image?: string, rotation_deg?: number, fixed?:
- * boolean|null, shadows?: boolean, samples?: number, radius?: number|null, width?: number|null,
- * height?: number|null, hotspot_deg?: number|null, falloff_deg?: number|null}} Light
-   One of the API's lights, with the fields that the page uses; others are sent back unchanged.
+ *   intensity?: Channels, irradiance_w_m2?: Channels, illuminance_lx?: Channels,
+ *   radiance_w_m2_sr?: Channels, scale?: Channels, profile?: string, image?: string,
+ *   rotation_deg?: number, fixed?: boolean|null, shadows?: boolean, samples?: number, radius?:
+ *   number|null, width?: number|null, height?: number|null, hotspot_deg?: number|null,
+ *   falloff_deg?: number|null}} Light
+ *   One of the API's lights, with the fields that the page uses; others are sent back unchanged.
  *
  * @typedef {{kind: "environment", blur_deg: number}|{kind: "color", color: Vec3}|{kind: "image",
  *   image: string}} Backdrop

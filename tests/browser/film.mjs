@@ -63,6 +63,9 @@ async function shownScene(app) {
 /** Number of pixels of the centre in the stripes' colour. */
 const striped = async (app) => (await seen(app, app.id("centre"))).striped;
 
+/** Number of clearly lit pixels of the centre. */
+const lit = async (app) => (await seen(app, app.id("centre"))).lit;
+
 const close = (found, wanted) =>
   assert.ok(Math.abs(found / wanted - 1) < 1e-6, `${found} is not ${wanted}`);
 
@@ -196,6 +199,15 @@ export async function film(app, step, shot, base) {
       await app.reshown(() => slide(app, "light", 0));
       const spot = await app.reshown(() => kind.selectOption("spot"));
       assert.equal(spot.lights[0].kind, "spot");
+      await hold(app, "light-cone", 40);
+      await allLit(page);
+      const whole = await lit(app);
+      await hold(app, "light-cone", 4);
+      await app.comesTo(
+        () => lit(app),
+        (narrow) => narrow < 0.5 * whole,
+        (narrow) => `${narrow} pixels are lit in a narrow cone, ${whole} in a wide one`,
+      );
       const wide = await app.reshown(() => slide(app, "light-cone", 40));
       const soft = await app.reshown(() => slide(app, "light-softness", 0.5));
       assert.equal(wide.lights[0].falloff_deg, 40);

@@ -62,7 +62,7 @@ export async function neighboursLive(app, step, shot, base) {
     const scene = {
       mesh: "knob", shadows: true, camera: CAMERA, ground: { material: "paint-toon" },
       lights: [
-        { kind: "directional", direction: [-1, -1, -0.6] },
+        { kind: "directional" },
         { kind: "spot", position: [-2, 3, 2], hotspot_deg: 5, falloff_deg: 12 },
       ],
       objects: [

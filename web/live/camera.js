@@ -32,6 +32,8 @@ const PLACED = { azimuth: 65, elevation: 45, radii: 4 };
 const FAR = 2 ** 24;
 
 const DEGREE = Math.PI / 180;
+/** @type {Vec3} */
+const DOWN = [0, -1, 0];
 /** The world's axes. @type {Vec3[]} */
 const WORLD = [
   [1, 0, 0],
@@ -48,9 +50,9 @@ const WORLD = [
  *   the object.
  *
  * @typedef {{place: Vec3, intensity: Vec3, cone: Cone, index: number, degrees: number}} PointLight
- * With lengths in radii: irradiance at normal incidence is intensity over squared distance; a
- * directional light is far away. `index`: among the lights of the scene other than environments;
- * `degrees`: how far it has gone round.
+ * With lengths in radii: irradiance at normal incidence is intensity over squared distance, within
+ * the cone of a spot light; a directional light is far away. `index`: among the lights of the scene
+ * other than environments; `degrees`: how far it has gone round.
  */
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
@@ -219,11 +221,21 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
       : [Math.PI * squared, Math.PI * squared, Math.PI * squared];
     if (light.kind !== "spot")
       return { place, intensity, cone: EVERY_WAY, index, degrees: lightDeg };
-    // By default towards the centre.
+    // By default towards the centre, and from there down.
     const aimed = light.axis ? rotateBack(rotation, rotate(circle, light.axis)) : negated(place);
-    const axis = scaled(aimed, 1 / (Math.hypot(...aimed) || 1));
+    const norm = Math.hypot(...aimed);
+    const axis = norm > 0 ? scaled(aimed, 1 / norm) : rotateBack(rotation, DOWN);
     return { place, intensity, cone: coneOf(light, axis), index, degrees: lightDeg };
   });
+}
+
+/**
+ * Irradiance of a light at the centre, in the brightest channel; 0 if it is there.
+ * @param {Pick<PointLight, "place"|"intensity">} light
+ */
+export function irradianceAtCentre({ place, intensity }) {
+  const squared = place[0] ** 2 + place[1] ** 2 + place[2] ** 2;
+  return squared > 0 ? Math.max(...intensity) / squared : 0;
 }
 
 /**
@@ -232,11 +244,7 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
  * @param {PointLight[]} lights
  */
 export function strengthOf(lights) {
-  const strengths = lights.map(
-    ({ place, intensity }) =>
-      Math.max(...intensity) / (Math.PI * (place[0] ** 2 + place[1] ** 2 + place[2] ** 2)),
-  );
-  return Math.max(0, ...strengths) || 1;
+  return Math.max(0, ...lights.map((light) => irradianceAtCentre(light) / Math.PI)) || 1;
 }
 
 /**

@@ -12,7 +12,7 @@ const DEGREE = Math.PI / 180;
 const HOTSPOT_DEG = 10;
 const FALLOFF_DEG = 15;
 /** Least difference of the cosines of both cones. */
-const LEAST = 1e-6;
+const LEAST = 1e-9;
 
 /**
  * @typedef {{axis: Vec3, outer: number, slope: number}} Cone `axis`: unit direction of the light;

@@ -316,7 +316,7 @@ function frame(now) {
     if (isLightMoved() || draft) return showLive(new Set());
   }
   const angles = shadows.texture(gl, shade);
-  const lit = JSON.stringify([lights.map((light) => light.place), unknown ? "" : shade]);
+  const lit = JSON.stringify([lights.map(({ place, cone }) => [place, cone]), unknown ? "" : shade]);
   const strength = strengthOf(lights);
   const all = Array.from({ length: METER_ANGLES }, (_, k) =>
     normalizedLights(lightsAt(base + (360 * k) / METER_ANGLES), strength),
@@ -333,7 +333,7 @@ function frame(now) {
   for (const surface of [small, large]) updateLitCells(gl, surface.litCells, lights);
   const lightsKey = JSON.stringify([
     key,
-    all.map((light) => [light.place, light.intensity.map(Math.fround)]),
+    all.map(({ place, cone, intensity }) => [place, cone, intensity.map(Math.fround)]),
     environment.key,
     environment.key === "" ? 1 : strength,
     unknown ? "" : shade,

@@ -162,7 +162,9 @@ StyledLight lightAt(ivec2 at, int k) {
   vec4 c = texelFetch(cosines, there, 0);
   vec4 a = texelFetch(arriving, there, 0);
   vec3 reaching = min(intensities[k] * a.z, vec3(1.0));
-  return StyledLight(c.x, c.y, a.w, reaching, c.z, c.w, vec3(a.xy, c.x));
+  // A light that does not shine here is at the normal, as in the server's pictures.
+  vec3 direction = a.z > 0.0 ? vec3(a.xy, c.x) : vec3(0.0, 0.0, 1.0);
+  return StyledLight(c.x, c.y, a.w, reaching, c.z, c.w, direction);
 }
 void main() {
   ivec2 at = ivec2(gl_FragCoord.xy) - corner;

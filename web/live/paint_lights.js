@@ -9,7 +9,7 @@
 import { meanOfEnvironment } from "../api/routes.js";
 import { about } from "../scene/rotation.js";
 import { EVERY_WAY } from "./cone.js";
-import { LIGHTS, channels, lightsOf, rotate, rotateBack } from "./camera.js";
+import { LIGHTS, channels, irradianceAtCentre, lightsOf, rotate, rotateBack } from "./camera.js";
 import { rotationAt } from "./spheres.js";
 
 /** Delay before a request is repeated that failed. */
@@ -99,7 +99,7 @@ export function paintLightsOf(scene, extent, pose, degrees, meanOf) {
     const { place, intensity: color, cone, index } = point;
     found.push({
       light: { place, isDirection: false, color, cone, index, degrees },
-      strength: Math.max(...color) / (place[0] ** 2 + place[1] ** 2 + place[2] ** 2),
+      strength: irradianceAtCentre(point),
     });
   }
   if (found.length === 0) return [DARK];

@@ -107,6 +107,15 @@ test("spot lights shine along their axis or towards the centre", () => {
   near([lights[0].cone.outer, lights[0].cone.slope], [0.5, 2]);
   near(lights[1].cone.axis, [1, 0, 0]);
   assert.ok(lights[1].cone.slope > 1e5);
+  // A light in the centre shines down and decides no strength.
+  const [inside, beside] = lightsOf(
+    { lights: [{ kind: "spot", position: [0, 0, 0], intensity: 5 }, {}] },
+    extent,
+    still,
+    0,
+  );
+  near(inside.cone.axis, [0, -1, 0]);
+  assert.equal(strengthOf([inside, beside]), strengthOf([beside]));
 });
 
 test("automatic exposure cancels the strength and not the colour", () => {

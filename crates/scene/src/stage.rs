@@ -449,6 +449,22 @@ mod tests {
     }
 
     #[test]
+    fn directional_lights_are_parallel_on_all_parts() {
+        let json = r#"{"mesh": "cube", "scale": 2, "rotation_deg": [20, 0, 5], "ground": {},
+            "objects": [{"mesh": "ball", "position": [4, 7, 0], "rotation_deg": [0, 70, 10]}]}"#;
+        let scene = scene(json);
+        let meshes = [BuiltinMesh::Cube, BuiltinMesh::Ball, BuiltinMesh::Ground].map(Mesh::builtin);
+        let stage = Stage::new(&scene, &meshes[0], &[&meshes[1], &meshes[2]]);
+        let light = brood_light::DirectionalLight::default();
+        for part in 0..stage.count() {
+            let frame = stage.with_part(part).frame(&scene);
+            let expected = frame.direction(brood_mesh::angle::orbit_direction(65.0, 45.0));
+            let towards = light.towards(0.0, &frame);
+            assert!(towards.abs_diff_eq(expected, 1e-12), "{part}: {towards} {expected}");
+        }
+    }
+
+    #[test]
     fn objects_stand_on_the_ground() {
         let json = r#"{"mesh": "cube", "scale": 2, "ground": {},
             "objects": [{"mesh": "ball", "stands": true, "position": [4, 7, 0], "scale": 0.5}]}"#;

@@ -38,7 +38,7 @@ impl DirectionalLight {
     fn towards_in(&self, placement: &LightPlacement<'_>) -> DVec3 {
         match self.direction {
             Some(direction) => -placement.direction(direction),
-            None => placement.position(None).normalize(),
+            None => placement.default_direction(),
         }
     }
 }

@@ -28,6 +28,11 @@ impl<'a> LightPlacement<'a> {
         self.frame.position(self.turn * relative)
     }
 
+    /// Returns the unit direction from the subject's centre to the default position.
+    pub fn default_direction(&self) -> DVec3 {
+        (self.position(None) - self.frame.pivot()).normalize()
+    }
+
     /// Transforms a direction of nonzero length to a unit vector.
     pub fn direction(&self, direction: [f64; 3]) -> DVec3 {
         self.frame.direction(self.turn * DVec3::from(direction).normalize())

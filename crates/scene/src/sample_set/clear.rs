@@ -21,8 +21,8 @@ const MEETINGS_MAX: usize = 4;
 /// Number of rays that a thread follows at a time.
 const TOGETHER: usize = 256;
 
-/// Way of the eye that leaves a body for good: it was mirrored, or has entered, passed walls inside
-/// and left.
+/// Way of the eye that leaves a body: it was mirrored, or has entered, passed walls inside and
+/// left.
 #[derive(Debug, Clone, Copy)]
 pub struct WayOut {
     /// Ray that leaves.
@@ -228,9 +228,8 @@ impl Wall {
         let bent = |n: DVec3| refracted(direction, n, ratio);
         let by_shading = bent(self.n)?;
         let is_behind = by_shading.dot(self.face) < 0.0;
-        let by_face = if is_behind { None } else { bent(self.face) };
-        let origin = self.position - self.face * START_ABOVE;
-        Some(Ray { origin, direction: by_face.unwrap_or(by_shading) })
+        let direction = if is_behind { by_shading } else { bent(self.face)? };
+        Some(Ray { origin: self.position - self.face * START_ABOVE, direction })
     }
 
     /// Returns the mirrored ray. If the shading normal sends it behind the wall, it is mirrored at
