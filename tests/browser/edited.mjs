@@ -278,7 +278,7 @@ export async function editedLive(app, step, shot, base) {
   });
 
   await step("shows the server's picture of an edit where the scene cannot be drawn live", async () => {
-    await app.reshown(() => app.id("light-kind").selectOption("spot"));
+    await app.reshown(() => app.id("light-kind").selectOption("sphere"));
     await hold(app, "slide-0-roughness-0", 0.4);
     const first = await drawnDraft(app, "");
     await hold(app, "slide-0-roughness-0", 0.7);

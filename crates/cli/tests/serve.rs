@@ -81,7 +81,7 @@ impl Drop for ServerProcess {
 }
 
 /// Polls until the condition holds, at most 30 s.
-fn until(what: &str, condition: impl Fn() -> bool) {
+fn until(what: &str, mut condition: impl FnMut() -> bool) {
     let start = Instant::now();
     while !condition() {
         assert!(start.elapsed() < Duration::from_secs(30), "{what}");
@@ -131,10 +131,12 @@ fn dead_worker_is_replaced_and_none_outlives_its_server() {
     until("a worker is started", || served.workers().len() == 1);
     let first = served.workers()[0];
     assert!(Command::new("kill").args(["-KILL", &first.to_string()]).status().unwrap().success());
+    let mut second = None;
     until("another worker is started", || {
-        served.workers().iter().any(|pid| *pid != first && is_running(*pid))
+        second = served.workers().into_iter().find(|pid| *pid != first && is_running(*pid));
+        second.is_some()
     });
-    let second = *served.workers().iter().find(|pid| **pid != first).unwrap();
+    let second = second.unwrap();
     served.signal("-KILL");
     served.child.wait().unwrap();
     until("the worker ends with its server", || !is_running(second));
