@@ -50,9 +50,9 @@ const WORLD = [
  *   the object.
  *
  * @typedef {{place: Vec3, intensity: Vec3, cone: Cone, index: number, degrees: number}} PointLight
- * With lengths in radii: irradiance at normal incidence is intensity over squared distance, within
- * the cone of a spot light; a directional light is far away. `index`: among the lights of the scene
- * other than environments; `degrees`: how far it has gone round.
+ *   With lengths in radii: irradiance at normal incidence is intensity over squared distance,
+ *   within the cone of a spot light; a directional light is far away. `index`: among the lights of
+ *   the scene other than environments; `degrees`: how far it has gone round.
  */
 
 /** @param {number[]} m @param {Vec3} v @returns {Vec3} the transpose of m times v */
@@ -221,7 +221,7 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
       : [Math.PI * squared, Math.PI * squared, Math.PI * squared];
     if (light.kind !== "spot")
       return { place, intensity, cone: EVERY_WAY, index, degrees: lightDeg };
-    // By default towards the centre, and from there down.
+    // By default towards the centre; down if the light is at the centre.
     const aimed = light.axis ? rotateBack(rotation, rotate(circle, light.axis)) : negated(place);
     const norm = Math.hypot(...aimed);
     const axis = norm > 0 ? scaled(aimed, 1 / norm) : rotateBack(rotation, DOWN);
@@ -230,7 +230,7 @@ export function lightsOf(scene, extent, { rotation, scale }, lightDeg) {
 }
 
 /**
- * Irradiance of a light at the centre, in the brightest channel; 0 if it is there.
+ * Irradiance at the centre by a light, in the brightest channel; 0 if the light is at the centre.
  * @param {Pick<PointLight, "place"|"intensity">} light
  */
 export function irradianceAtCentre({ place, intensity }) {

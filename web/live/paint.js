@@ -131,7 +131,7 @@ void main() {
   cosines = vec4(cosine, mirror, min(length(cosine_change), 1.0), min(length(mirror_change), 1.0));
   float share = in_cone(l);
   arriving = vec4(dot(l, x), dot(l, cross(n, x)), share / squared, reached_share(point_of(here, u.w)));
-  // Outside of its cone, a light is none.
+  // A light has no effect outside of its cone.
   if (share == 0.0) cosines = arriving = vec4(0.0);
 }`;
 
@@ -162,7 +162,7 @@ StyledLight lightAt(ivec2 at, int k) {
   vec4 c = texelFetch(cosines, there, 0);
   vec4 a = texelFetch(arriving, there, 0);
   vec3 reaching = min(intensities[k] * a.z, vec3(1.0));
-  // A light that does not shine here is at the normal, as in the server's pictures.
+  // As in the server's pictures: the normal, if the point is outside of the light's cone.
   vec3 direction = a.z > 0.0 ? vec3(a.xy, c.x) : vec3(0.0, 0.0, 1.0);
   return StyledLight(c.x, c.y, a.w, reaching, c.z, c.w, direction);
 }

@@ -122,8 +122,8 @@ impl Renderer {
         Ok(Sight { ways, mirrored, numbers, rays, colors, own })
     }
 
-    /// Returns the colours that rays see of everything but the part of the shot. The rays are in
-    /// its unit frame.
+    /// Returns the colours that rays see without the part of the shot. Rays are in the unit frame
+    /// of that part.
     fn seen_around(
         &self,
         shot: &Shot<'_>,

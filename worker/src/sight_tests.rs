@@ -21,7 +21,7 @@ const FAINT: f64 = 1e-4;
 /// Distance of new rays from the surface, in radii.
 const ABOVE: f64 = 1e-6;
 
-/// Colour of a pixel as a sum: a colour, and the shares of rays.
+/// Colour of a pixel: a constant, plus the colours of rays times their shares.
 #[derive(Default)]
 struct Tree {
     color: [f64; 3],
@@ -140,8 +140,8 @@ fn preset(name: &str) -> Program {
     Program::lower(Preset::find(name).expect("the preset exists").genome())
 }
 
-/// Sum of squared differences, in codes, between pictures of a body and its whole tree, and number
-/// of values.
+/// Returns the sum of squared differences in codes between a picture and the tree, and the number
+/// of channel values.
 fn error(mesh: BuiltinMesh, parameters: &str) -> (f64, usize) {
     let text = format!("brood 1\n.effect light\n.effect glass\n{parameters}\nstrength 1\n");
     let style = Program::lower(&text.parse::<Genome>().unwrap());
@@ -205,7 +205,7 @@ fn error(mesh: BuiltinMesh, parameters: &str) -> (f64, usize) {
     (sum, 3 * trees.len())
 }
 
-/// The larger `depth` and `to` are, the more the tree shows.
+/// A larger `depth` or `to` makes more of the tree visible.
 #[test]
 fn two_ways_out_show_nearly_the_whole_tree() {
     let glass = "color #2f7f86\nfrom 0.06\nto 0.9\nexponent 4\nindex 1.5\ndepth 6";

@@ -241,15 +241,12 @@ impl Scene {
 
     /// Returns the scene of lit angles (see [`crate::LitAngles`]): the same objects, camera, and
     /// places of lights, and defaults for everything else; `None` if there is none: without
-    /// shadows, or with other lights than point, spot and directional lights. A spot light is a
-    /// point light then: where it shines, it has the same shadows.
+    /// shadows, or with other lights than point, spot and directional lights. Spot lights become
+    /// point lights, which cast the same shadows within the cone.
     #[must_use]
     pub fn for_angles(&self) -> Option<Self> {
         let place = |light: &Light| match light {
-            Light::Point(PointLight { position, .. }) => {
-                Some(Light::Point(PointLight { position: *position, strength: None }))
-            }
-            Light::Spot(SpotLight { position, .. }) => {
+            Light::Point(PointLight { position, .. }) | Light::Spot(SpotLight { position, .. }) => {
                 Some(Light::Point(PointLight { position: *position, strength: None }))
             }
             Light::Directional(DirectionalLight { direction, .. }) => {

@@ -1,7 +1,6 @@
 //! Picture requests: answered from memory, from disk, by a render already in flight, or by a new
 //! job.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -123,7 +122,7 @@ impl PictureService {
         let frame = FrameId::of(&row);
         if self.batches.add(frame, row) {
             tokio::time::sleep(BATCH_WINDOW).await;
-            let rows = self.drawable(frame, self.batches.take(&frame)).await;
+            let rows = self.batches.take(&frame);
             for batch in rows.chunks(frame.per_job()) {
                 let work = self.work_of(frame, batch);
                 self.enqueue(work, batch.iter().map(|row| row.key)).await;
@@ -131,28 +130,8 @@ impl PictureService {
         }
     }
 
-    /// Returns the pictures of one frame whose materials can be drawn in it, and fails the others,
-    /// so that these do not fail the pictures of their job.
-    async fn drawable(
-        &self,
-        frame: FrameId,
-        mut rows: Vec<Arc<StoredPicture>>,
-    ) -> Vec<Arc<StoredPicture>> {
-        // What cannot be read fails with its reason when the job is made.
-        let Ok(framed) = self.library.frame(frame.view()).await else { return rows };
-        let mut refused = HashMap::new();
-        for row in &rows {
-            let material = self.library.material(row.genome_hash).await;
-            if let Some(words) = material.ok().and_then(|one| framed.refusal(&one.program)) {
-                refused.insert(row.key, Failure::Refused(words.into()));
-            }
-        }
-        rows.retain(|row| !refused.contains_key(&row.key));
-        refused.into_iter().for_each(|(key, failure)| self.cache.fail([key], &failure));
-        rows
-    }
-
-    /// Returns the render job for stored pictures of one frame.
+    /// Returns the render job for stored pictures of one frame. Fails the pictures of materials
+    /// that cannot be drawn in it, and leaves them out.
     async fn work_of(
         &self,
         frame: FrameId,
@@ -161,20 +140,28 @@ impl PictureService {
         let framed = self.library.frame(frame.view()).await?;
         let mut items = Vec::with_capacity(rows.len());
         for row in rows {
-            items.push((row.key, self.library.material(row.genome_hash).await?));
+            let material = self.library.material(row.genome_hash).await?;
+            match framed.refusal(&material.program) {
+                Some(words) => self.cache.fail([row.key], &Failure::Refused(words.into())),
+                None => items.push((row.key, material)),
+            }
         }
         let items = items.iter().map(|(key, material)| (*key, material.as_ref()));
         Ok(render_work(&framed.frame, items))
     }
 
-    /// Queues a job; if it cannot be queued, fails the pictures with these keys.
+    /// Queues a job unless it is empty; if it cannot be queued, fails the pictures with these keys.
     async fn enqueue(
         &self,
         work: impl Future<Output = Result<RenderJob, ApiError>>,
         keys: impl IntoIterator<Item = PictureKey>,
     ) {
         let result = async {
-            let job = queued_job(Queue::Interactive, encode(&work.await?));
+            let work = work.await?;
+            if work.items.is_empty() {
+                return Ok(());
+            }
+            let job = queued_job(Queue::Interactive, encode(&work));
             self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
                 StorageError::QueueFull | StorageError::Busy => Failure::Busy,
                 other => {

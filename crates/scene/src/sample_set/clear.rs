@@ -16,13 +16,12 @@ use crate::stage::{Other, Stage};
 
 /// Largest number of walls that a way meets in a body before it leaves.
 const WALLS_MAX: usize = 64;
-/// Largest number of times that a way meets a body again that it has left.
+/// Largest number of times that a way is followed where it meets its body again.
 const MEETINGS_MAX: usize = 4;
 /// Number of rays that a thread follows at a time.
 const TOGETHER: usize = 256;
 
-/// Way of the eye that leaves a body: it was mirrored, or has entered, passed walls inside and
-/// left.
+/// Way of an eye ray that leaves a body, mirrored at its surface or refracted through it.
 #[derive(Debug, Clone, Copy)]
 pub struct WayOut {
     /// Ray that leaves.
@@ -34,8 +33,9 @@ pub struct WayOut {
 }
 
 impl SampleSet {
-    /// Returns the mirrored eye ray of each sample, of a body with an index of refraction relative
-    /// to its surroundings. If it meets the body again, it goes on as [`SampleSet::ways_out`] do.
+    /// Returns the way of the mirrored eye ray of each sample, for a body with an index of
+    /// refraction relative to its surroundings. A ray that meets the body again is followed as in
+    /// [`SampleSet::ways_out`].
     ///
     /// # Panics
     /// If the set was not made by [`SampleSet::render_clear_points`].
@@ -159,7 +159,7 @@ impl Body<'_> {
     }
 
     /// Returns the way of a ray that has left the body, with the length of its way inside and its
-    /// share. If it meets the body again, it follows the stronger ray of each wall.
+    /// share. Where the ray meets the body again, the stronger ray at each wall is followed.
     fn way_out(
         &self,
         (mut ray, seed): (Ray, u64),
@@ -184,8 +184,8 @@ impl Body<'_> {
         WayOut { leaving: LeavingRay { ray, seed }, length, share }
     }
 
-    /// Returns where a ray inside the body leaves, by the stronger ray of each wall, and the length
-    /// inside; `None` if it stays.
+    /// Follows a ray inside the body by the stronger ray at each wall. Returns the ray that leaves
+    /// and the length inside; `None` if it does not leave.
     fn strongest_out(&self, mut ray: Ray, stack: &mut Stack) -> Option<(Ray, f64)> {
         let mut length = 0.0;
         for _ in 0..WALLS_MAX {

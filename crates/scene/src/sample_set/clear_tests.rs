@@ -113,7 +113,7 @@ fn mirrored_rays_leave_the_surface_at_the_angle_of_the_eye() {
 
 /// Rays that meet the body again are followed through it, unless another object is before it.
 #[test]
-fn ways_go_on_through_the_body() {
+fn ways_pass_through_the_body_that_they_meet_again() {
     let on_body = |mesh: &Mesh, ray: Ray| mesh.tracer().trace(ray, &mut Stack::default()).is_some();
     let torus = Mesh::builtin(BuiltinMesh::Torus);
     let json = r#"{"mesh": "torus", "rotation_deg": [60, 10, 0],

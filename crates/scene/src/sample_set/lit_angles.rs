@@ -38,7 +38,7 @@ impl LitAngles {
     /// all has the angles of one beside it.
     ///
     /// # Domain
-    /// The scene has shadows, and all lights are point or directional lights; others are left out.
+    /// The scene has shadows, and all lights are point or directional lights; others are skipped.
     /// Where a surface faces away from a light, its angles mean nothing. A shadow that crosses a
     /// point within 1/64 of the circle, or 1/128 with several objects, may be missed; of more than
     /// eight angles the closest pairs are left out.
@@ -220,7 +220,7 @@ impl Point<'_> {
 }
 
 impl<'a> Lamp<'a> {
-    /// Returns the lamp of a light; `None` for lights without hard shadows.
+    /// Returns the lamp of a light; `None` for other lights.
     fn of(light: &'a Light) -> Option<Self> {
         match light {
             Light::Point(light) => Some(Self::Point(light)),
