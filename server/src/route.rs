@@ -16,8 +16,8 @@ use utoipa_swagger_ui::SwaggerUi;
 use crate::controller::{
     angles, archive, circle, comparison, develop, event, export, generation, genome, geometry,
     individual, inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation,
-    page, palette, preset, render, scene, search, session, sheet, spheres, system, target,
-    target_picture, thumbnail,
+    page, palette, preset, ray_ends, render, scene, search, session, sheet, spheres, system,
+    target, target_picture, thumbnail,
 };
 use crate::layer;
 use crate::problem::ApiError;
@@ -108,6 +108,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(scene::default))
         .routes(routes!(scene::get))
         .routes(routes!(angles::get))
+        .routes(routes!(ray_ends::get))
         .routes(routes!(target::create, target::list))
         .routes(routes!(target::get, target::delete))
         .routes(routes!(target_picture::picture))

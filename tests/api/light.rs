@@ -212,6 +212,43 @@ async fn lit_angles_hold_the_shadows_of_lights_without_size() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn ray_ends_hold_what_a_clear_subject_shows() {
+    let server = TestServer::start();
+    let path = async |scene: &Value, query: &str| {
+        let scene = server.post("/v1/scenes", scene).await.expect(201).json();
+        format!("/v1/scenes/{}/ray-ends?{query}", text_of(&scene["id"]))
+    };
+    let word = |file: &[u8], at: usize| u32::from_le_bytes(*file[at..].first_chunk().unwrap());
+    let scene = json!({"mesh": "sphere", "ground": {}, "backdrop": {"kind": "color",
+        "color": [0.1, 0.2, 0.3]}});
+    let file = server.get(&path(&scene, "side=40&index=1.5").await).await.expect(200).body;
+    assert_eq!((&file[..8], word(&file, 12)), (b"broodend".as_slice(), 40));
+    assert_eq!(word(&file, 20), 3, "the subject, the ground, and what is behind");
+    let rows: Vec<u32> = (0..3).map(|part| word(&file, 24 + 4 * part)).collect();
+    assert!(rows[1] > 0 && rows[2] > 0, "{rows:?}");
+    let ends = (word(&file, 16) * rows.iter().sum::<u32>()) as usize;
+    assert_eq!(file.len(), 24 + 4 * 3 + 24 * 40 * 40 + 48 * ends);
+    // They depend neither on lights and shadows nor on materials and what the backdrop shows.
+    let mut other = scene.clone();
+    other["lights"] = json!([{"kind": "directional"}, {"position": [1, 2, 3]}]);
+    other["shadows"] = json!(true);
+    other["backdrop"] = json!(null);
+    other["ground"]["material"] = json!("gold");
+    assert_eq!(server.get(&path(&other, "side=40&index=1.5").await).await.expect(200).body, file);
+    assert_ne!(server.get(&path(&scene, "side=40&index=1.33").await).await.expect(200).body, file);
+    for query in [
+        "side=15&index=1.5",
+        "side=40&index=2.5",
+        "side=40&index=nan",
+        "side=40&index=glass",
+        "side=40",
+        "side=40&index=1.5&light_deg=1",
+    ] {
+        server.get(&path(&scene, query).await).await.expect(400);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn every_kind_of_light_makes_a_different_picture() {
     let server = TestServer::start();
     let lights = [

@@ -100,9 +100,10 @@ pub(crate) fn banded_images<T: Send>(
         images.par_iter().map(|image| (image, Gain::of_image(*film, image))).collect();
     let mut developed: Vec<Option<Developed>> = match frame.format {
         PictureFormat::Png => batch.develop(programs, &exposed)?.into_iter().map(Some).collect(),
-        PictureFormat::Exr | PictureFormat::Spheres | PictureFormat::Angles => {
-            programs.iter().map(|_| None).collect()
-        }
+        PictureFormat::Exr
+        | PictureFormat::Spheres
+        | PictureFormat::Angles
+        | PictureFormat::RayEnds => programs.iter().map(|_| None).collect(),
     };
     let pictures = (programs, &exposed, &mut developed).into_par_iter().map(
         |(program, &(image, gain), developed)| {

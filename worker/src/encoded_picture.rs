@@ -2,11 +2,12 @@
 
 use brood_eval::{
     Developed, LitBackdrop, LitSpheres, RadianceImage, encode_angles, encode_exr, encode_png,
+    encode_ray_ends,
 };
 use brood_inspect::Picture;
 use brood_program::Program;
 use brood_protocol::{PictureFormat, PictureKey, RenderedPicture};
-use brood_scene::{LitAngles, LobeNodes, SphereLayout};
+use brood_scene::{LitAngles, LobeNodes, RayEnds, SphereLayout};
 
 use crate::error::RenderError;
 use crate::evaluated_picture::EvaluatedPicture;
@@ -41,7 +42,9 @@ impl EncodedPicture {
                 backdrop.join(&mut radiance);
                 Self::exr(&radiance)?
             }
-            PictureFormat::Spheres | PictureFormat::Angles => return Err(no_picture()),
+            PictureFormat::Spheres | PictureFormat::Angles | PictureFormat::RayEnds => {
+                return Err(no_picture());
+            }
         };
         let samples = picture.samples();
         Ok(Self { samples, operations: samples * program.operations() as u64, ..encoded })
@@ -55,7 +58,9 @@ impl EncodedPicture {
         let encoded = match format {
             PictureFormat::Png => Self::png(&picture.developed),
             PictureFormat::Exr => Self::exr(&picture.radiance)?,
-            PictureFormat::Spheres | PictureFormat::Angles => return Err(no_picture()),
+            PictureFormat::Spheres | PictureFormat::Angles | PictureFormat::RayEnds => {
+                return Err(no_picture());
+            }
         };
         Ok(Self { samples: picture.samples as u64, ..encoded })
     }
@@ -82,7 +87,15 @@ impl EncodedPicture {
 
     /// Encodes the angles at which the lights of a scene reach its points.
     pub(crate) fn angles(angles: &LitAngles) -> Self {
-        let bytes = encode_angles(angles);
+        Self::of_geometry(encode_angles(angles))
+    }
+
+    /// Encodes the ends of the rays of a clear body.
+    pub(crate) fn ray_ends(ends: &RayEnds) -> Self {
+        Self::of_geometry(encode_ray_ends(ends))
+    }
+
+    fn of_geometry(bytes: Vec<u8>) -> Self {
         Self { bytes, exposure_ev: 0.0, samples: 0, operations: 0 }
     }
 

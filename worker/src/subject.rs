@@ -12,7 +12,9 @@ use brood_program::Program;
 use brood_protocol::{
     Aspect, Frame, MeshSource, PictureFormat, PictureKey, RenderedPicture, Subject, TargetSource,
 };
-use brood_scene::{Exposure, LitAngles, PictureSize, PixelArea, Raster, SampleSet, Stage};
+use brood_scene::{
+    Exposure, LitAngles, PictureSize, PixelArea, Raster, RayEnds, SampleSet, Scene, Stage,
+};
 use brood_target::{KnownView, PixelStatus};
 
 use crate::encoded_picture::EncodedPicture;
@@ -44,7 +46,8 @@ impl Renderer {
             Subject::Difference(_)
             | Subject::Target(..)
             | Subject::Matched(..)
-            | Subject::Scene => None,
+            | Subject::Scene
+            | Subject::RayEnds(_) => None,
         };
         let programs: Vec<Arc<Program>> = subjects.iter().filter_map(plain).collect();
         let programs: Vec<&Program> = programs.iter().map(AsRef::as_ref).collect();
@@ -66,7 +69,17 @@ impl Renderer {
                     let mut pictures = self.encoded(&frame, mesh, &[program])?;
                     pictures.pop().expect("one picture per program")
                 }
-                (Subject::Scene, _) => self.lit_angles(frame, mesh)?,
+                (Subject::Scene, _) => {
+                    self.geometry(frame, mesh, PictureFormat::Angles, |(scene, stage), side| {
+                        EncodedPicture::angles(&LitAngles::trace(scene, stage, side))
+                    })?
+                }
+                (Subject::RayEnds(hundredths), _) => {
+                    let index = f64::from(*hundredths) / 100.0;
+                    self.geometry(frame, mesh, PictureFormat::RayEnds, |(scene, stage), side| {
+                        EncodedPicture::ray_ends(&RayEnds::trace((scene, index), stage, side))
+                    })?
+                }
                 (Subject::Target(..) | Subject::Matched(..), None) => {
                     return Err(RenderError::NoTarget);
                 }
@@ -76,20 +89,26 @@ impl Renderer {
         subjects.iter().map(picture).collect()
     }
 
-    /// Finds the angles at which the lights of a scene reach its points.
-    fn lit_angles(&self, frame: &Frame, mesh: &LoadedMesh) -> Result<EncodedPicture, RenderError> {
+    /// Makes a file of a scene without materials: `make` takes the scene, its stage and the side of
+    /// the picture in pixels.
+    fn geometry(
+        &self,
+        frame: &Frame,
+        mesh: &LoadedMesh,
+        format: PictureFormat,
+        make: impl FnOnce((&Scene, Stage<'_>), u32) -> EncodedPicture,
+    ) -> Result<EncodedPicture, RenderError> {
         let scene = frame.scene()?;
         scene.validate()?;
         let PictureSize { width, height } = frame.size_px;
-        if frame.format != PictureFormat::Angles || width != height {
-            return Err(RenderError::Missing(
-                "lit angles need a square of their format".to_owned(),
-            ));
+        if frame.format != format || width != height {
+            let words = format!("{} need a square of their format", format.name());
+            return Err(RenderError::Missing(words));
         }
         let others = self.objects(frame, &scene)?;
         let meshes: Vec<&Mesh> = others.iter().map(|other| other.mesh()).collect();
         let stage = Stage::new(&scene, mesh.mesh(), &meshes);
-        Ok(EncodedPicture::angles(&LitAngles::trace(&scene, stage, width)))
+        Ok(make((&scene, stage), width))
     }
 
     /// Renders the absolute difference of two programs. The frame must have a fixed exposure.

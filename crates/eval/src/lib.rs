@@ -38,6 +38,7 @@ mod picture;
 mod prefiltered;
 mod preview;
 mod radiance;
+mod ray_ends;
 mod reference;
 mod reflected;
 mod rounding;
@@ -73,6 +74,7 @@ pub use picture::{
 pub use prefiltered::{GatheredLight, is_prefilterable, lobe_tables, shade_prefiltered};
 pub use preview::{Preview, PreviewScorer, diverse_brood};
 pub use radiance::{RadianceImage, shade, shade_brdf, shade_each};
+pub use ray_ends::{are_ray_ends, encode_ray_ends};
 pub use reference::ReferenceEvaluator;
 pub use reflected::ReflectedLevels;
 pub use steering::{Appearance, steered_brood};

@@ -72,6 +72,8 @@ brood_brdf::named_enum! {
         Spheres => "spheres",
         /// Angles at which point lights reach the points of a scene (`brood_eval::encode_angles`).
         Angles => "angles",
+        /// Ends of the rays of a clear subject (`brood_eval::encode_ray_ends`).
+        RayEnds => "ray-ends",
     }
 }
 

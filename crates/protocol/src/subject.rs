@@ -19,6 +19,9 @@ pub enum Subject<P> {
     Matched(P, TargetSource),
     /// Scene alone: where its lights reach.
     Scene,
+    /// Ends of the rays of the scene's subject as a clear body, with its index of refraction in
+    /// hundredths.
+    RayEnds(u16),
 }
 
 /// Source of a target.
@@ -57,6 +60,7 @@ impl<P> Subject<P> {
             Self::Target(target, aspect) => Subject::Target(target.clone(), *aspect),
             Self::Matched(program, target) => Subject::Matched(form(program)?, target.clone()),
             Self::Scene => Subject::Scene,
+            Self::RayEnds(index) => Subject::RayEnds(*index),
         })
     }
 
@@ -73,7 +77,7 @@ impl<P> Subject<P> {
         match self {
             Self::Program(program) | Self::Matched(program, _) => std::slice::from_ref(program),
             Self::Difference(programs) => programs,
-            Self::Target(..) | Self::Scene => &[],
+            Self::Target(..) | Self::Scene | Self::RayEnds(_) => &[],
         }
     }
 
@@ -81,7 +85,7 @@ impl<P> Subject<P> {
     #[must_use]
     pub fn target(&self) -> Option<&TargetSource> {
         match self {
-            Self::Program(_) | Self::Difference(_) | Self::Scene => None,
+            Self::Program(_) | Self::Difference(_) | Self::Scene | Self::RayEnds(_) => None,
             Self::Target(target, _) | Self::Matched(_, target) => Some(target),
         }
     }
@@ -122,6 +126,8 @@ mod tests {
             Subject::Matched(program(1), view(None)),
             Subject::Matched(program(2), view(None)),
             Subject::Scene,
+            Subject::RayEnds(150),
+            Subject::RayEnds(133),
         ];
         let mut identities: Vec<_> = subjects.iter().map(Subject::identity).collect();
         assert_eq!(identities[0], [1; 32], "keys of programs are public and never change");

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use brood_light::{ImagePyramid, LightAssets, LightSampler, PrefilteredEnvironment};
 use brood_mesh::{Mesh, UnitFrame};
-use glam::{DVec2, DVec3};
+use glam::{DVec2, DVec3, Vec2};
 use rayon::prelude::*;
 
 use crate::description::Scene;
@@ -97,16 +97,35 @@ pub fn colors_towards(
     (scene, stage): (&Scene, &Stage<'_>),
     (size_px, rays): (PictureSize, &[LeavingRay]),
 ) -> Vec<[f32; 4]> {
+    let cover = Cover::new(image, size_px);
+    let half = 0.5 * f64::from(size_px.height);
+    let color = |at: DVec2| cover.color(DVec2::new(size_px.aspect() + at.x, 1.0 - at.y) * half);
+    on_plane_behind((scene, stage), (size_px, rays)).map(color).collect()
+}
+
+/// Returns where rays that leave the stage's part see an image backdrop: the place in a square
+/// picture, right and up from its lower left corner, within [0, 1].
+///
+/// # Units
+/// The rays are in the unit frame of the part.
+pub(crate) fn places_towards(
+    (scene, stage): (&Scene, &Stage<'_>),
+    (side, rays): (u32, &[LeavingRay]),
+) -> Vec<Vec2> {
+    let place = |at: DVec2| (0.5 * (at + 1.0)).clamp(DVec2::ZERO, DVec2::ONE).as_vec2();
+    on_plane_behind((scene, stage), (side.into(), rays)).map(place).collect()
+}
+
+/// Where rays meet the plane of an image backdrop, in half heights of the picture from its middle.
+fn on_plane_behind(
+    (scene, stage): (&Scene, &Stage<'_>),
+    (size_px, rays): (PictureSize, &[LeavingRay]),
+) -> impl IndexedParallelIterator<Item = DVec2> {
     let view = View::new(&scene.camera, &stage.frame(scene), size_px);
     let (subject, radius) = stage.subject();
     let plane = (subject, PLANE_RADII / radius);
-    let cover = Cover::new(image, size_px);
-    let half = 0.5 * f64::from(size_px.height);
-    let color = |leaving: &LeavingRay| {
-        let at = view.on_plane_behind(plane, leaving.ray);
-        cover.color(DVec2::new(size_px.aspect() + at.x, 1.0 - at.y) * half)
-    };
-    rays.par_iter().with_min_len(256).map(color).collect()
+    let at = move |leaving: &LeavingRay| view.on_plane_behind(plane, leaving.ray);
+    rays.par_iter().with_min_len(256).map(at)
 }
 
 /// Image that covers a picture.

@@ -256,25 +256,36 @@ impl Scene {
             _ => None,
         };
         let lights: Option<Vec<Light>> = self.lights.iter().map(place).collect();
-        let film = Film { exposure: Exposure::Ev(0.0), tone: Tone::default() };
-        let plain = |object: &SceneObject| SceneObject {
-            material: None,
-            normal_map: None,
-            ..object.clone()
-        };
-        let ground = self.ground.as_ref();
-        let ground = ground.map(|own| Ground { material: None, normal_map: None, ..own.clone() });
-        let scene = Self {
-            lights: lights?,
+        let scene = Self { lights: lights?, ..self.clone() };
+        (self.shadows && !self.lights.is_empty()).then(|| scene.without_looks())
+    }
+
+    /// Returns the scene of ray ends (see [`crate::RayEnds`]): the same objects and camera, and
+    /// defaults for everything else; `None` if a normal map turns normals.
+    #[must_use]
+    pub fn for_ray_ends(&self) -> Option<Self> {
+        let has_map = self.normal_map.is_some()
+            || self.objects.iter().any(|object| object.normal_map.is_some())
+            || self.ground.as_ref().is_some_and(|ground| ground.normal_map.is_some());
+        let scene = Self { lights: vec![Light::default()], shadows: false, ..self.clone() };
+        (!has_map).then(|| scene.without_looks())
+    }
+
+    /// Returns the scene with the same objects, camera and lights, and defaults for materials, film
+    /// and backdrop.
+    fn without_looks(self) -> Self {
+        let plain =
+            |object: SceneObject| SceneObject { material: None, normal_map: None, ..object };
+        let ground = self.ground.map(|own| Ground { material: None, normal_map: None, ..own });
+        Self {
             light_deg: 0.0,
-            film,
+            film: Film { exposure: Exposure::Ev(0.0), tone: Tone::default() },
             backdrop: None,
-            objects: self.objects.iter().map(plain).collect(),
+            objects: self.objects.into_iter().map(plain).collect(),
             ground,
             normal_map: None,
-            ..self.clone()
-        };
-        (self.shadows && !self.lights.is_empty()).then_some(scene)
+            ..self
+        }
     }
 
     /// Returns the largest number of samples of all lights at one shading point: the cost of a

@@ -36,7 +36,7 @@ pub use prefiltered::{
 };
 pub use sample_set::{
     ImageLayout, LeavingRay, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError,
-    PixelRun, PixelSpan, Raster, SampleCounts, SampleSet, Sampling, SamplingError, Seen, Toggles,
-    WayOut, above_horizon,
+    PixelRays, PixelRun, PixelSpan, Raster, RayEnd, RayEnds, SampleCounts, SampleSet, Sampling,
+    SamplingError, Seen, Toggles, WayOut, above_horizon,
 };
 pub use stage::{Stage, TextureBumps};

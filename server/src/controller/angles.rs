@@ -4,8 +4,8 @@ use std::ops::RangeInclusive;
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{Frame, ObjectSource, PictureFormat, SceneId, Subject};
-use brood_scene::Sampling;
+use brood_protocol::{Backend, Frame, ObjectSource, PictureFormat, SceneId, Subject};
+use brood_scene::{Sampling, Scene};
 use http::HeaderMap;
 use serde::Deserialize;
 
@@ -13,11 +13,12 @@ use super::file::{FileHead, REVALIDATED};
 use super::picture_query::content_type;
 use crate::dispatch::PictureRequest;
 use crate::extract::{Path, Query};
+use crate::library::KnownScene;
 use crate::problem::ApiError;
 use crate::state::App;
 
 /// Least and largest side of the picture in pixels.
-const SIDES: RangeInclusive<u32> = 16..=1024;
+pub(super) const SIDES: RangeInclusive<u32> = 16..=1024;
 const FORMAT: PictureFormat = PictureFormat::Angles;
 
 /// Options of lit angles.
@@ -55,12 +56,19 @@ pub async fn get(
     let known = app.library.scene(id).await?;
     let words = "lit angles need a scene with shadows, and point, spot or directional lights alone";
     let scene = known.scene.for_angles().ok_or_else(|| ApiError::refused(words))?;
-    // Shadows do not depend on materials.
-    let plain = |object: &ObjectSource| ObjectSource { mesh: object.mesh, words: Vec::new() };
-    let objects = known.objects.iter().map(plain).collect();
-    let frame = Frame::new(&scene, known.mesh, side, Sampling::Fixed(1), (FORMAT, app.backend));
-    let frame = frame.with_objects(objects);
+    let frame = geometry_of((&scene, &known), side, (FORMAT, app.backend));
     let request = PictureRequest::own(frame, &Subject::Scene);
     let head = FileHead::of_picture(request.key(), content_type(FORMAT), REVALIDATED);
     head.made(&headers, app.pictures.get(request)).await
+}
+
+/// Returns the frame of a scene's objects without their materials, with a sample a pixel.
+pub(super) fn geometry_of(
+    (scene, known): (&Scene, &KnownScene),
+    side: u32,
+    output: (PictureFormat, Backend),
+) -> Frame {
+    let plain = |object: &ObjectSource| ObjectSource { mesh: object.mesh, words: Vec::new() };
+    let objects = known.objects.iter().map(plain).collect();
+    Frame::new(scene, known.mesh, side, Sampling::Fixed(1), output).with_objects(objects)
 }

@@ -27,6 +27,7 @@ pub mod page;
 pub mod palette;
 mod picture_query;
 pub mod preset;
+pub mod ray_ends;
 pub mod render;
 pub mod scene;
 pub mod search;

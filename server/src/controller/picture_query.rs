@@ -47,7 +47,9 @@ pub fn content_type(format: PictureFormat) -> &'static str {
     match format {
         PictureFormat::Png => "image/png",
         PictureFormat::Exr => "image/x-exr",
-        PictureFormat::Spheres | PictureFormat::Angles => "application/octet-stream",
+        PictureFormat::Spheres | PictureFormat::Angles | PictureFormat::RayEnds => {
+            "application/octet-stream"
+        }
     }
 }
 

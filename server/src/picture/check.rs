@@ -1,6 +1,6 @@
 //! Header check of pictures sent by workers: format and size.
 
-use brood_eval::{LitSpheres, are_angles};
+use brood_eval::{LitSpheres, are_angles, are_ray_ends};
 use brood_protocol::PictureFormat;
 use brood_scene::{PictureSize, SphereLayout};
 
@@ -33,6 +33,10 @@ pub fn check(bytes: &[u8], format: PictureFormat, size_px: (u32, u32)) -> Result
         PictureFormat::Angles => {
             let words = || format!("it must be lit angles of {} pixels a side", size_px.0);
             are_angles(bytes, size_px.0).then_some(()).ok_or_else(words)
+        }
+        PictureFormat::RayEnds => {
+            let words = || format!("it must be ray ends of {} pixels a side", size_px.0);
+            are_ray_ends(bytes, size_px.0).then_some(()).ok_or_else(words)
         }
         PictureFormat::Spheres => {
             let (width, height) = size_px;

@@ -90,7 +90,8 @@ impl Surface<'_> {
         };
         let depth = |at: (DVec3, Ray, DVec3)| self.depth(at);
         let own: [&dyn Fn((DVec3, Ray, DVec3)) -> f64; 2] = [&cosine_to_eye, &depth];
-        let seen = SeenPoint { position, n, face: shaded.face(), eye: -ray.direction, seed };
+        let (u, face, eye) = (shaded.frame.u(), shaded.face(), -ray.direction);
+        let seen = SeenPoint { position, n, u, face, eye, seed };
         let mut paint = PaintPoint { wi: DVec3::Z, footprint, seen, ..PaintPoint::default() };
         for (place, value) in own.into_iter().enumerate() {
             paint.own[place] = round_to_f32(value(here));

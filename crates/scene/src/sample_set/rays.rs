@@ -9,9 +9,9 @@ use rayon::prelude::*;
 use super::fixed::Row;
 use super::layout::ImageLayout;
 use super::paint::{NextRays, PaintedLights};
-use super::paint_point::columns;
+use super::paint_point::{PaintPoint, columns};
 use super::point::{CameraRay, SurfacePoint};
-use super::quadrature::{Painted, Scratch};
+use super::quadrature::{Painted, PixelSampler, Scratch};
 use super::render::{concatenate, direct_sampler};
 use super::sampling::{PixelArea, Sampling};
 use super::seen_point::LeavingRay;
@@ -51,15 +51,40 @@ impl SampleSet {
         (size_px, rays): (PictureSize, &[LeavingRay]),
         seen: Seen,
     ) -> Self {
-        let lobes = match seen {
-            Seen::Light(lobes) => lobes,
-            Seen::Points => None,
-        };
-        let mut sampler = direct_sampler((stage, scene, assets), size_px, lobes);
-        if seen == Seen::Points {
-            let lights = PaintedLights::new(&sampler.surface.lights);
-            sampler.painted = Some(Painted { lights, spacing: 1.0, keeps_seen: false });
+        match seen {
+            Seen::Light(lobes) => {
+                let sampler = direct_sampler((stage, scene, assets), size_px, lobes);
+                Self::sampled(&sampler, (stage, from), (size_px, rays)).0
+            }
+            Seen::Points => {
+                let (set, points) =
+                    Self::points_of_rays((stage, from), (scene, assets), (size_px, rays));
+                let lighting = set.lighting().expect("the samples are points");
+                set.with_lights(lighting, columns(&points, lighting))
+            }
         }
+    }
+
+    /// As [`SampleSet::of_rays`] with [`Seen::Points`], with the points instead of their columns.
+    pub(super) fn points_of_rays(
+        (stage, from): (&Stage<'_>, usize),
+        (scene, assets): (&Scene, &LightAssets),
+        (size_px, rays): (PictureSize, &[LeavingRay]),
+    ) -> (Self, Vec<PaintPoint>) {
+        let mut sampler = direct_sampler((stage, scene, assets), size_px, None);
+        let lights = PaintedLights::new(&sampler.surface.lights);
+        sampler.painted = Some(Painted { lights, spacing: 1.0, keeps_seen: false });
+        let (set, points) = Self::sampled(&sampler, (stage, from), (size_px, rays));
+        let lights = sampler.surface.lights.len();
+        let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
+        (set.with_lights(lighting, []), points)
+    }
+
+    fn sampled(
+        sampler: &PixelSampler<'_>,
+        (stage, from): (&Stage<'_>, usize),
+        (size_px, rays): (PictureSize, &[LeavingRay]),
+    ) -> (Self, Vec<PaintPoint>) {
         let change = stage.change_from(from);
         let width = u32::try_from(rays.len()).expect("there are fewer than 2^32 rays");
         let firsts = (0..width).into_par_iter().step_by(TOGETHER);
@@ -97,15 +122,7 @@ impl SampleSet {
             runs: Vec::new(),
             coverage: Vec::new().into(),
         };
-        let (set, painted) = concatenate(rows.collect(), image);
-        match seen {
-            Seen::Light(_) => set,
-            Seen::Points => {
-                let lights = sampler.surface.lights.len();
-                let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
-                set.with_lights(lighting, columns(&painted, lighting))
-            }
-        }
+        concatenate(rows.collect(), image)
     }
 }
 

@@ -12,6 +12,8 @@ pub(super) struct SeenPoint {
     pub position: DVec3,
     /// Shading normal, on the side of the eye.
     pub n: DVec3,
+    /// Tangent along u, at a right angle to `n`.
+    pub u: DVec3,
     /// Normal of the triangle, on the side of the eye.
     pub face: DVec3,
     /// Direction to the eye.
