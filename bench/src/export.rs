@@ -14,7 +14,7 @@ use base64::prelude::BASE64_STANDARD;
 use brood_brdf::{Input, Lighting};
 use brood_eval::conformance::lit_points;
 use brood_eval::{CanonicalEvaluator, Evaluator};
-use brood_export::conformance;
+use brood_export::conformance::{self, StyledCall};
 use brood_export::{Format, Within, export, export_within, print};
 use brood_genome::{BirthKey, Dialect, ModelKind, OpcodeSet, Variation};
 use brood_program::Program;
@@ -88,25 +88,35 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
     output::print(&format!("{}: open it in a browser\n", args.output.display()))
 }
 
-/// Styles of the suite in 1 to 8 lights, with the inputs and the colours of random points.
+/// Styles of the suite in 1 to 8 lights, each with calls by its inputs and by structures, and the
+/// colours that they return for random points.
 fn styles(args: &BenchExportArgs) -> Result<Vec<Value>> {
     let mut found = Vec::new();
-    let mut colors = Vec::new();
     for (lights, style) in (1..=Input::LIGHTS).cycle().zip(&conformance::styles()) {
         let lighting = Lighting { lights, has_shadows: true };
         let set = lit_points(args.seed + lights as u64, args.samples as usize, lighting);
-        CanonicalEvaluator::default().eval(&[style], &set, &mut colors).context("evaluate")?;
-        let program = style.painted(lighting);
-        let inputs: Vec<f32> =
-            program.inputs().iter().flat_map(|input| set.input(input).to_vec()).collect();
+        let value = |row: usize| format!("at(k, {row})");
+        let inputs: Vec<Input> = style.painted(lighting).inputs().iter().collect();
+        let arguments: Vec<String> = (0..inputs.len()).map(value).collect();
+        let code = format!("styled_program({})", arguments.join(", "));
+        let mut calls = vec![StyledCall { style: style.clone(), code, inputs }];
+        calls.extend(conformance::styled_calls(style, (Format::GlslEs300, lights), value));
+        let calls: Result<Vec<Value>> = calls.iter().map(|call| styled_call(call, &set)).collect();
         found.push(json!({
             "source": print(style, Format::GlslEs300, Within { lights, ..Within::default() })?,
-            "rows": program.inputs().len(),
-            "inputs": base64(&inputs),
-            "f": base64(&colors),
+            "calls": calls?,
         }));
     }
     Ok(found)
+}
+
+/// Call of a style's function with the values that it reads and the colours that it must return.
+fn styled_call(call: &StyledCall, set: &SampleSet) -> Result<Value> {
+    let mut colors = Vec::new();
+    CanonicalEvaluator::default().eval(&[&call.style], set, &mut colors).context("evaluate")?;
+    let inputs: Vec<f32> =
+        call.inputs.iter().flat_map(|input| set.input(*input).to_vec()).collect();
+    Ok(json!({ "code": call.code, "inputs": base64(&inputs), "f": base64(&colors) }))
 }
 
 /// Cases of the model suite with their expected values, error units and bounds.

@@ -10,6 +10,7 @@ import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
 import { bumps, bumpsLive } from "./bumps.mjs";
+import { clearLive } from "./clear_live.mjs";
 import { compare, compareByFinger } from "./compare.mjs";
 import { comparison, comparisonByFinger } from "./comparison.mjs";
 import { edited, editedByFinger, editedLive } from "./edited.mjs";
@@ -309,6 +310,7 @@ async function drawn(app, base) {
   await sceneImagesLive(app, step, shot, base);
   await shadowsLive(app, step, shot, base);
   await paintedLive(app, step, shot, base);
+  await clearLive(app, step, shot, base);
   await neighboursLive(app, step, shot, base);
   await film(app, step, shot, base);
   await bumpsLive(app, step, shot, base);

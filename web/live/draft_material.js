@@ -18,6 +18,7 @@ import { sceneStore } from "../scene/store.js";
 import {
   METER_ANGLES, advance, dropMaterial, environmentOf, makeMaterial, remeter,
 } from "./material.js";
+import { indexOf } from "./paint.js";
 import { NO_ENVIRONMENT, lightGenome, makeSpheres } from "./spheres.js";
 import { liveStore } from "./store.js";
 
@@ -37,6 +38,8 @@ export class DraftMaterial {
   #id = "";
   /** The newest request. */
   #asked = NOTHING;
+  /** True if only the server draws the newest answer, in any scene. */
+  #refused = false;
   /** Newest answer. @type {Answer|null} */
   #answer = null;
   /** Answer of `#next`, or of `#shown` if there is none. @type {Answer|null} */
@@ -45,6 +48,8 @@ export class DraftMaterial {
   #next = null;
   /** @type {Material|null} */
   #shown = null;
+  /** As in `Making`. */
+  #clearing = false;
   #changed;
 
   /** @param {() => void} changed is called when an answer has arrived */
@@ -57,7 +62,8 @@ export class DraftMaterial {
    * @param {Environment} environment
    */
   drawable({ key }) {
-    return this.#shown && environmentOf(this.#shown) === key ? this.#shown : null;
+    const shown = this.#clearing || this.#shown?.index === null ? this.#shown : null;
+    return shown && environmentOf(shown) === key ? shown : null;
   }
 
   /**
@@ -65,7 +71,7 @@ export class DraftMaterial {
    * @param {WebGL2RenderingContext} gl
    * @param {Draft|null} draft null if nothing is edited
    * @param {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment:
-   *   Environment}} scene as for the other materials
+   *   Environment, clearing: boolean}} scene as for the other materials
    * @returns {boolean} true if there is more to do
    */
   work(gl, draft, scene) {
@@ -75,6 +81,9 @@ export class DraftMaterial {
       this.#id = draft.of.id;
     }
     const { within, environment } = scene;
+    this.#clearing = scene.clearing;
+    const isClear = this.#answer !== null && indexOf(this.#answer.code) !== null;
+    liveStore.draftRefused.value = this.#refused || (isClear && !scene.clearing);
     const lights = scene.look.lights.length / METER_ANGLES;
     const asked = this.#asked;
     if (
@@ -133,7 +142,7 @@ export class DraftMaterial {
       const { text, within, environment } = asked;
       if (isByBrdf(genomeIn(text))) {
         // It has no code: the server draws it.
-        liveStore.draftRefused.value = true;
+        this.#refused = true;
         this.#answer = null;
         this.#changed();
         return;
@@ -145,7 +154,7 @@ export class DraftMaterial {
         ]);
         if (this.#id === id) {
           // Anisotropic and textured materials have no spheres: the server draws them.
-          liveStore.draftRefused.value = file?.byteLength === 0;
+          this.#refused = file?.byteLength === 0;
           this.#answer = file?.byteLength === 0 ? null : { code, file, key: environment.key };
         }
       } catch (error) {
@@ -176,6 +185,7 @@ export class DraftMaterial {
     this.#id = "";
     this.#asked = NOTHING;
     this.#answer = null;
+    this.#refused = false;
     liveStore.draftRefused.value = false;
   }
 }

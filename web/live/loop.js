@@ -26,6 +26,7 @@ import {
   strengthOf, viewOf,
 } from "./camera.js";
 import { layOut, observePixels, openContext } from "./canvas.js";
+import { ClearBodies, showsGlass } from "./clear.js";
 import { DraftMaterial } from "./draft_material.js";
 import { toneNumber } from "./film.js";
 import { Meshes, partPaths } from "./geometry.js";
@@ -74,6 +75,7 @@ const cache = new MaterialCache(schedule);
 const painted = new PaintedSurfaces();
 const meshes = new Meshes(schedule);
 const others = new OtherParts(schedule);
+const clear = new ClearBodies(schedule);
 const toolBox = new ToolBox((gl, surface) => {
   painted.drop(gl, surface);
   others.drop(gl, surface);
@@ -125,6 +127,7 @@ function dropResources() {
   toolBox.lose();
   meshes.lose();
   others.lose();
+  clear.lose();
   drawnKey = "";
   placedKey = "";
   litKey = "";
@@ -353,6 +356,7 @@ function frame(now) {
     environment,
     together: context?.together ?? 1,
     painting: paintLights?.length ?? 0,
+    clearing: showsGlass(scene) && !sceneStore.draggedPose.value && others.areSmooth(scene),
   };
   // Before the others, because the user sees only this one change.
   const makingDraft = draftMaterial.work(gl, draft, making);
@@ -378,20 +382,20 @@ function frame(now) {
     angles,
   };
   const follows = sceneStore.draggedPose.value !== null || sceneStore.draggedScene.value !== null;
+  const wait = () => {
+    showLive(new Set());
+    publishLight(scene, geometry.extent, degrees);
+    schedule();
+  };
   const beside = hasOthers(scene) ? others.prepare(gl, scene, tools, shared, follows) : null;
-  if (hasOthers(scene) && !beside) {
-    showLive(new Set());
-    publishLight(scene, geometry.extent, degrees);
-    return schedule();
-  }
+  if (hasOthers(scene) && !beside) return wait();
   // All frames have one light: none is drawn under a moved light before all can be.
-  if (isLightMoved() && materials.length < layout.squares.filter(mayBeDrawn).length) {
-    showLive(new Set());
-    publishLight(scene, geometry.extent, degrees);
-    return schedule();
-  }
+  if (isLightMoved() && materials.length < layout.squares.filter(mayBeDrawn).length) return wait();
   /** @param {Cell} cell */
   const surfaceOf = (cell) => (cell === "centre" ? large : small);
+  const shown = materials.map((one) => ({ ...one, side: surfaceOf(one.cell).side }));
+  const glass = clear.prepare(gl, { scene, confirmed, slots: lights.length }, shown);
+  if (!glass) return wait();
   for (const { cell, material } of materials)
     if (material.spheres) drawSurroundings(gl, pens, surfaceOf(cell), material.spheres);
   for (const surface of [small, large, metering]) {
@@ -411,16 +415,25 @@ function frame(now) {
       if (material.painted) paintOf(surfaceOf(cell), paintLights);
   /** @param {Cell} cell */
   const surfacesOf = (cell) => (cell === "centre" ? tools.large : tools.small);
-  if (beside && paintLights) {
-    const light = {
-      key: JSON.stringify([shared.key, degrees, all]),
-      lights: shared.lightsAt(degrees),
-      angles,
-      paint: (/** @type {Surface} */ surface) => paintOf(surface, paintLights),
-      paintLights,
-    };
+  const light = paintLights && {
+    key: JSON.stringify([shared.key, degrees, all]),
+    lights: shared.lightsAt(degrees),
+    angles,
+    paint: (/** @type {Surface} */ surface) => paintOf(surface, paintLights),
+    paintLights,
+  };
+  if (beside && light) {
     for (const surfaces of new Set(materials.map(({ cell }) => surfacesOf(cell))))
       if (!others.shade(gl, tools, surfaces, beside.materials, light)) return showLive(new Set());
+  }
+  const decided = beside?.gains?.gainAt(degrees) ?? null;
+  const tone = toneNumber(scene.film.tone);
+  for (const { cell, material } of materials) {
+    const ends = glass.get(cell);
+    const gain = strength * gainOf(scene, material, strength, decided);
+    const film = { scene, picture: picture.held, gain, tone };
+    if (ends && light)
+      clear.shade(gl, { pens, dark, painted }, ends, beside?.materials ?? [], light, film);
   }
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   gl.disable(gl.SCISSOR_TEST);
@@ -428,11 +441,10 @@ function frame(now) {
   gl.clear(gl.COLOR_BUFFER_BIT);
   for (const { cell, corner, material } of materials) {
     const surface = surfaceOf(cell);
-    const decided = beside?.gains?.gainAt(degrees) ?? null;
     const where = {
       corner,
       gain: gainOf(scene, material, strength, decided),
-      tone: toneNumber(scene.film.tone),
+      tone,
       marks: pageStore.clippingShown.value,
       adds: beside !== null,
     };
@@ -441,9 +453,10 @@ function frame(now) {
       gl.enable(gl.BLEND);
       gl.blendFunc(gl.ONE, gl.ONE);
     }
-    if (material.painted && paintLights)
-      drawPainted(gl, material.linked, surface, paintOf(surface, paintLights), paintLights, corner);
-    else drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
+    if (material.painted && paintLights) {
+      const how = { paint: paintOf(surface, paintLights), lights: paintLights, corner };
+      drawPainted(gl, material.linked, surface, { ...how, ends: glass.get(cell) });
+    } else drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
     gl.disable(gl.BLEND);
     const behind = { spheres: material.spheres, picture: picture.held };
     drawBackdrop(gl, backdrop, scene, behind, { ...where, side: surface.side });

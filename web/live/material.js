@@ -3,13 +3,13 @@
  * shader reads directions and light from the textures of a surface (`surface.js`).
  *
  * @import { Linked } from "./program.js"
- * @import { Surface, SurfacePrograms } from "./surface.js"
+ * @import { Shaded, Surface, SurfacePrograms } from "./surface.js"
  * @import { PointLight } from "./camera.js"
  * @import { Spheres } from "./spheres.js"
  */
 import { DEVELOPED, FILM } from "./film.js";
 import { drawLitCells } from "./lit_cells.js";
-import { paintedFragment } from "./paint.js";
+import { indexOf, paintedFragment } from "./paint.js";
 import {
   OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, read, uniformLocation,
 } from "./program.js";
@@ -101,10 +101,12 @@ void main() {
 export const isStyle = (source) => source.includes("vec3 styled(");
 
 /**
- * @typedef {{linked: Linked, painted: boolean, metered: boolean, lights: number, spheres:
- *   Spheres|null, state: "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number,
- *   fence: WebGLSync|null, pixels: WebGLBuffer|null}} Material
- *   `painted`: true if it has colours, not a BRDF. `metered`: true if it has an exposure.
+ * @typedef {{linked: Linked, painted: boolean, index: number|null, bumps: boolean, metered:
+ *   boolean, lights: number, spheres: Spheres|null, state:
+ *   "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number, fence: WebGLSync|null,
+ *   pixels: WebGLBuffer|null}} Material
+ *   `painted`: true if it has colours, not a BRDF. `index`: of refraction of a clear one, else
+ *   null. `bumps`: true if it has some. `metered`: true if it has an exposure.
  *   `spheres`: null without environments. `state`: the shader is being compiled, the exposure is
  *   being measured, done, or the driver rejected the shader. `drawable`: true from the first
  *   measurement on. `gain`: of automatic exposure. `fence`, `pixels`: of the measurement while it
@@ -113,6 +115,8 @@ export const isStyle = (source) => source.includes("vec3 styled(");
  * @typedef {{surface: Surface, lights: PointLight[], around: number}} Look A surface, the lights in
  *   its slots, and the factor of environments. On the meter's surface these are the scene's lights
  *   at each measured angle, angle after angle.
+ *
+ * @typedef {Omit<Look, "surface"> & {surface: Shaded}} ShadedLook
  *
  * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter Holds one picture for
  *   each measured angle, side by side.
@@ -135,6 +139,8 @@ export function makeMaterial(gl, source, lights, spheres, linear = false) {
   return {
     linked: link(gl, OUTLINED, text),
     painted,
+    index: painted ? indexOf(source) : null,
+    bumps: hasBumps(source),
     metered: !(painted || linear),
     lights,
     spheres,
@@ -195,7 +201,7 @@ export function makeMeter(gl) {
  * Binds textures and lights of a look to a program.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} linked
- * @param {Look} look
+ * @param {ShadedLook} look
  * @param {Spheres|null} spheres
  */
 function bindLook(gl, linked, { surface, lights, around }, spheres) {
@@ -222,7 +228,7 @@ function bindLook(gl, linked, { surface, lights, around }, spheres) {
  * @param {WebGL2RenderingContext} gl
  * @param {Material} of
  * @param {Linked[]} dark
- * @param {Look} look
+ * @param {ShadedLook} look
  * @param {{corner: [number, number], gain: number, tone: number, marks: boolean, adds: boolean}}
  *   where `corner`: lower left in pixels; `gain`, `tone`: of the film; `marks`: true to mark
  *   burnt-out and black pixels; `adds`: true if what is drawn is added to the framebuffer
@@ -230,7 +236,8 @@ function bindLook(gl, linked, { surface, lights, around }, spheres) {
 export function drawMaterial(gl, of, dark, look, { corner, gain, tone, marks, adds }) {
   const { surface } = look;
   // What is drawn without light must be black where it is added to.
-  const known = surface.litCells.cells !== null && !(adds && (marks || of.spheres));
+  const { litCells } = surface;
+  const known = "lit" in litCells && litCells.cells !== null && !(adds && (marks || of.spheres));
   /** @param {Linked} linked @param {PointLight[]} lights */
   const ready = (linked, lights) => {
     bindLook(gl, linked, { ...look, lights }, of.spheres);
@@ -245,7 +252,7 @@ export function drawMaterial(gl, of, dark, look, { corner, gain, tone, marks, ad
   if (!known) return;
   ready(of.linked, look.lights);
   gl.colorMask(true, true, true, !adds);
-  drawLitCells(gl, surface, corner);
+  drawLitCells(gl, { side: surface.side, litCells }, corner);
   gl.colorMask(true, true, true, true);
 }
 

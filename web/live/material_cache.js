@@ -12,6 +12,7 @@ import { sceneStore } from "../scene/store.js";
 import {
   METER_ANGLES, advance, dropMaterial, environmentOf, isStyle, makeMaterial, remeter, replaceSpheres,
 } from "./material.js";
+import { indexOf } from "./paint.js";
 import { getSpheres, makeSpheres } from "./spheres.js";
 
 /** Number of materials kept: three broods, so that going back and forth compiles nothing. */
@@ -33,10 +34,10 @@ const AGAIN_MS = 5000;
  *   `refused`: the server refused the request; `used`: time of the last use, in calls of `work`.
  *
  * @typedef {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment:
- *   Environment, together: number, painting: number}}
+ *   Environment, together: number, painting: number, clearing: boolean}}
  *   Making `look`: where exposure is measured; `within`: bound on the object's texture coordinates;
  *   `together`: number of shaders compiled at a time; `painting`: number of lights of painted
- *   materials, 0 if these cannot be drawn
+ *   materials, 0 if these cannot be drawn; `clearing`: true if clear ones can be
  *
  * @typedef {Pick<Individual, "id"|"hash">} Source What the code of a material is requested for
  */
@@ -47,6 +48,9 @@ const ofIndividual = ({ id }) => `/v1/individuals/${id}/exports/glsl-es-300?`;
 /** True if an entry is known to be a painted material. @param {Entry} entry */
 const isPaintedEntry = ({ source }) => source !== null && isStyle(source);
 
+/** True if an entry is known to be a clear material. @param {Entry} entry */
+const isClearEntry = (entry) => isPaintedEntry(entry) && indexOf(entry.source ?? "") !== null;
+
 export class MaterialCache {
   /** @type {Map<string, Entry>} */
   #entries = new Map();
@@ -54,6 +58,7 @@ export class MaterialCache {
   #clock = 0;
   /** As in `Making`. */
   #painting = 0;
+  #clearing = false;
   #changed;
   #pathOf;
   #linear;
@@ -77,19 +82,24 @@ export class MaterialCache {
   drawable(of, { key }) {
     const material = this.#entries.get(of.hash)?.material;
     const fits = material?.painted ? this.#painting > 0 : material && environmentOf(material) === key;
-    return material?.drawable && fits ? material : null;
+    const shows = this.#clearing || material?.index === null;
+    return material?.drawable && fits && shows ? material : null;
   }
 
   /** True if a material can never be drawn. @param {Source} of */
   isUnknown(of) {
     const entry = this.#entries.get(of.hash);
-    return entry !== undefined && (entry.refused || entry.material?.state === "refused");
+    if (entry === undefined) return false;
+    // What the rays of an object beside the subject see is not known.
+    if (this.#linear && isClearEntry(entry)) return true;
+    return entry.refused || entry.material?.state === "refused";
   }
 
   /** True if the server or the driver refused the material. @param {Source} of */
   isRefused(of) {
     const entry = this.#entries.get(of.hash);
     if (entry && isPaintedEntry(entry) && this.#painting === 0) return true;
+    if (entry && isClearEntry(entry) && !this.#clearing) return true;
     return entry !== undefined && (entry.hasFailed || entry.material?.state === "refused");
   }
 
@@ -103,6 +113,7 @@ export class MaterialCache {
   work(gl, wanted, scene) {
     this.#clock += 1;
     this.#painting = scene.painting;
+    this.#clearing = scene.clearing;
     let busy = 0;
     for (const of of wanted) {
       const entry = this.#entry(of.hash);

@@ -6,6 +6,8 @@
  * @import { Scene } from "../model.js"
  * @import { Making } from "./material_cache.js"
  * @import { Material } from "./material.js"
+ * @import { Paint } from "./paint.js"
+ * @import { PaintLight } from "./paint_lights.js"
  * @import { Linked } from "./program.js"
  * @import { PointLight } from "./camera.js"
  * @import { Surface, SurfacePrograms } from "./surface.js"
@@ -51,7 +53,7 @@ void main() {
  *   `picture`: colours of the film.
  *
  * @typedef {{key: string, lights: PointLight[], angles: WebGLTexture, paint: (surface: Surface) =>
- *   Parameters<typeof drawPainted>[3], paintLights: Parameters<typeof drawPainted>[4]}} Light
+ *   Paint, paintLights: PaintLight[]}} Light
  *   `key`: of everything that the light on the parts depends on; `lights`: of strengths near 1
  */
 
@@ -86,6 +88,10 @@ export class OtherParts {
     if (sources.length === 0) return false;
     return this.#cache.work(gl, sources, { ...making, environment: NO_ENVIRONMENT });
   }
+
+  /** True if no material of the other parts that is known has bumps. @param {Scene} scene */
+  areSmooth = (scene) =>
+    !materialsOf(scene).some((name) => this.#cache.drawable(sourceOf(name), NO_ENVIRONMENT)?.bumps);
 
   /**
    * Prepares what the other parts are drawn with: their materials, and the exposure if the ground
@@ -152,7 +158,8 @@ export class OtherParts {
       const material = materials[index];
       const made = material.painted ? paint(surface) : null;
       gl.bindFramebuffer(gl.FRAMEBUFFER, held.framebuffers[made ? 1 : 0]);
-      if (made) drawPainted(gl, material.linked, surface, made, paintLights, [0, 0]);
+      if (made)
+        drawPainted(gl, material.linked, surface, { paint: made, lights: paintLights, corner: [0, 0] });
       else
         drawMaterial(gl, material, dark, { surface, lights, around: 1 }, { ...where, corner: [0, 0] });
     }
@@ -176,16 +183,10 @@ export class OtherParts {
     const { side } = held;
     const key = JSON.stringify([gain, tone, marks]);
     if (held.developed !== key) {
-      this.#develop ??= linkNow(gl, EVERYWHERE, DEVELOP);
-      const pen = this.#develop;
-      const [lit, painted] = held.light;
+      this.#develop ??= linkDevelop(gl);
       gl.bindFramebuffer(gl.FRAMEBUFFER, held.pictureFramebuffer);
       gl.viewport(0, 0, side, side);
-      read(gl, pen, { lit, painted });
-      gl.uniform1f(uniformLocation(gl, pen, "gain"), gain);
-      gl.uniform1i(uniformLocation(gl, pen, "tone"), tone);
-      gl.uniform1i(uniformLocation(gl, pen, "marks"), marks ? 1 : 0);
-      gl.drawArrays(gl.TRIANGLES, 0, 3);
+      develop(gl, this.#develop, held.light, { gain, tone, marks });
       held.developed = key;
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -214,6 +215,24 @@ export class OtherParts {
     this.#exposure.lose();
     this.#cache.lose();
   }
+}
+
+/** @param {WebGL2RenderingContext} gl */
+export const linkDevelop = (gl) => linkNow(gl, EVERYWHERE, DEVELOP);
+
+/**
+ * Develops light into the present framebuffer.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {WebGLTexture[]} light of parts with BRDFs and of painted ones
+ * @param {{gain: number, tone: number, marks: boolean}} film
+ */
+export function develop(gl, pen, [lit, painted], { gain, tone, marks }) {
+  read(gl, pen, { lit, painted });
+  gl.uniform1f(uniformLocation(gl, pen, "gain"), gain);
+  gl.uniform1i(uniformLocation(gl, pen, "tone"), tone);
+  gl.uniform1i(uniformLocation(gl, pen, "marks"), marks ? 1 : 0);
+  gl.drawArrays(gl.TRIANGLES, 0, 3);
 }
 
 /** @param {WebGL2RenderingContext} gl @param {number} side @returns {Held} */

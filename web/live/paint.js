@@ -10,7 +10,8 @@
  * @import { PaintLight } from "./paint_lights.js"
  * @import { Linked } from "./program.js"
  * @import { Mesh } from "./raster.js"
- * @import { Surface } from "./surface.js"
+ * @import { Ends } from "./ray_ends.js"
+ * @import { Shaded, Surface } from "./surface.js"
  * @import { View } from "./camera.js"
  */
 import { CONE, bindCone } from "./cone.js";
@@ -92,7 +93,10 @@ void main() {
   high = vec4(rx.z, ry);
 }`;
 
-/** Writes what a light is at each pixel; \`light.w\` is 0 for a direction. */
+/**
+ * Writes what a light is at each pixel; `light.w` is 0 for a direction. At the ends of rays, `seen`
+ * has the eye, and nothing changes.
+ */
 const PAINT_LIT = `#version 300 es
 precision highp float;
 precision highp sampler2D;
@@ -102,6 +106,8 @@ uniform sampler2D tangent;
 uniform sampler2D low;
 uniform sampler2D middle;
 uniform sampler2D high;
+uniform sampler2D seen;
+uniform bool ends;
 uniform int base;
 uniform vec4 light;
 uniform vec3 eye;
@@ -117,13 +123,16 @@ void main() {
   vec3 n = texelFetch(normal, here, 0).xyz;
   vec4 u = texelFetch(tangent, here, 0);
   vec3 x = u.xyz;
-  vec4 a = texelFetch(low, here, 0);
-  vec4 b = texelFetch(middle, here, 0);
-  vec4 c = texelFetch(high, here, 0);
+  ivec2 there = ends ? ivec2(0) : here;
+  vec4 a = texelFetch(low, there, 0);
+  vec4 b = texelFetch(middle, there, 0);
+  vec4 c = texelFetch(high, there, 0);
+  vec4 s = texelFetch(seen, here, 0);
   vec3 towards = light.xyz - p * light.w;
   float squared = light.w == 0.0 ? 1.0 : dot(towards, towards);
   vec3 l = towards * inversesqrt(squared);
-  vec3 e = parallel ? -forward : normalize(eye - p);
+  vec3 back = s.x * x + s.y * cross(n, x) + sqrt(max(0.0, 1.0 - dot(s.xy, s.xy))) * n;
+  vec3 e = ends ? back : parallel ? -forward : normalize(eye - p);
   float cosine = clamp(dot(n, l), -1.0, 1.0);
   float mirror = clamp(dot(2.0 * dot(n, e) * n - e, l), -1.0, 1.0);
   vec2 cosine_change = vec2(dot(a.xyz, l), dot(vec3(a.w, b.xy), l));
@@ -138,6 +147,40 @@ void main() {
 /** GLSL: display values to linear light. */
 const LINEAR = `
   code = mix(pow((code + 0.055) / 1.055, vec3(2.4)), code / 12.92, lessThanEqual(code, vec3(0.04045)));`;
+
+/** Index of refraction in exported code; null without glass. @param {string} styled */
+export function indexOf(styled) {
+  const found = /^const float STYLED_INDEX = ([\d.]+);$/m.exec(styled);
+  return found ? Number(found[1]) : null;
+}
+
+/** GLSL: `StyledGlass` of a pixel, from the colours at the ends of its rays. */
+const SEEN = `
+precision highp usampler2D;
+uniform usampler2D numbers;
+uniform sampler2D lengths;
+uniform sampler2D colors;
+uniform sampler2D tangent;
+vec4 color_of(uint number) {
+  int place = max(int(number) - 1, 0);
+  int across = textureSize(colors, 0).x;
+  vec4 found = texelFetch(colors, ivec2(place % across, place / across), 0);
+  return number == 0u || found.a < 0.5 ? vec4(0.0) : found;
+}
+StyledGlass glass_at(ivec2 here) {
+  int step = int(texelFetch(tangent, here, 0).w) + 4;
+  ivec2 point = here + ivec2(step % 3, step / 3) - 1;
+  int size = textureSize(numbers, 0).x;
+  ivec2 pixel = min((2 * point + 1) * size / (2 * side), size - 1);
+  uvec4 rays = texelFetch(numbers, pixel, 0);
+  vec4 inside = texelFetch(lengths, pixel, 0);
+  vec4 mirrored = color_of(rays.x);
+  vec4 first = color_of(rays.y);
+  vec4 second = color_of(rays.z);
+  vec3 seen = vec3(mirrored.a, first.a, second.a);
+  vec3 reach = mix(vec3(65504.0), inside.xyz, greaterThan(seen, vec3(0.5)));
+  return StyledGlass(mirrored.rgb, reach.x, first.rgb, reach.y, second.rgb, reach.z, inside.w);
+}`;
 
 /**
  * Fragment shader from the textures to a pixel's colour.
@@ -157,6 +200,7 @@ uniform ivec2 corner;
 uniform int side;
 uniform vec3 intensities[${lights}];
 out vec4 color;
+${indexOf(styled) === null ? "" : SEEN}
 StyledLight lightAt(ivec2 at, int k) {
   ivec2 there = at + ivec2(0, k * side);
   vec4 c = texelFetch(cosines, there, 0);
@@ -173,7 +217,7 @@ void main() {
   vec3 e = vec3(s.xy, sqrt(max(0.0, 1.0 - dot(s.xy, s.xy))));
   StyledPoint here = StyledPoint(o.x, o.y, o.z, o.w, e, s.zw);
   StyledLight[${lights}] all = StyledLight[${lights}](${Array.from({ length: lights }, (_, k) => `lightAt(at, ${k})`).join(", ")});
-  vec3 code = styled(here, all);
+  vec3 code = styled(here, all${indexOf(styled) === null ? "" : ", glass_at(at)"});
   ${linear ? LINEAR : ""}
   color = vec4(code, 1.0) * texelFetch(normal, at, 0).w;
 }`;
@@ -183,6 +227,8 @@ void main() {
  *   WebGLTexture, changes: WebGLTexture[], cosines: WebGLTexture, arriving: WebGLTexture,
  *   framebuffers: WebGLFramebuffer[]}} Paint
  *   `standing`, `lit`: keys of what the textures show. `framebuffers`: of the three passes.
+ *
+ * @typedef {Pick<Paint, "own"|"cosines"|"arriving">} Seen What painted materials read of a surface
  */
 
 export class PaintedSurfaces {
@@ -190,6 +236,8 @@ export class PaintedSurfaces {
   #pens = null;
   /** @type {Map<Surface, Paint>} */
   #held = new Map();
+  /** A texel of changes that are 0. @type {WebGLTexture|null} */
+  #still = null;
 
   /**
    * Brings the textures of a surface up to date.
@@ -200,11 +248,7 @@ export class PaintedSurfaces {
    * @returns {Paint}
    */
   prepare(gl, surface, { key, mesh, view }, { key: litKey, lights, angles }) {
-    this.#pens ??= {
-      slopes: linkNow(gl, VERTEX, SLOPES),
-      standing: linkNow(gl, OUTLINED, STANDING),
-      lit: linkNow(gl, OUTLINED, PAINT_LIT),
-    };
+    const pens = this.#linked(gl);
     let paint = this.#held.get(surface);
     if (paint && paint.slots < lights.length) {
       this.drop(gl, surface);
@@ -215,17 +259,47 @@ export class PaintedSurfaces {
       this.#held.set(surface, paint);
     }
     if (paint.standing !== key) {
-      drawSlopes(gl, this.#pens.slopes, paint, surface, mesh, view);
-      drawStanding(gl, this.#pens.standing, paint, surface, view);
+      drawSlopes(gl, pens.slopes, paint, surface, mesh, view);
+      drawStanding(gl, pens.standing, paint, surface, view);
       paint.standing = key;
       paint.lit = "";
     }
     if (paint.lit !== litKey) {
-      drawLights(gl, this.#pens.lit, paint, surface, view, { lights, angles });
+      const [, , framebuffer] = paint.framebuffers;
+      const { changes } = paint;
+      drawLights(gl, pens.lit, { framebuffer, changes, view }, surface, { lights, angles });
       paint.lit = litKey;
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     return paint;
+  }
+
+  /**
+   * Brings what painted materials read at the ends of rays up to date.
+   * @param {WebGL2RenderingContext} gl
+   * @param {Ends} ends
+   * @param {{key: string, paintLights: PaintLight[], angles: WebGLTexture}} light
+   * @returns {Seen}
+   */
+  lightEnds(gl, { all, paint }, { key, paintLights: lights, angles }) {
+    if (paint.lit !== key) {
+      this.#still ??= texture(gl, gl.RGBA16F, 1);
+      const changes = [this.#still, this.#still, this.#still];
+      const { framebuffer } = paint;
+      drawLights(gl, this.#linked(gl).lit, { framebuffer, changes, view: null }, all, { lights, angles });
+      paint.lit = key;
+    }
+    return paint;
+  }
+
+  /** @param {WebGL2RenderingContext} gl */
+  #linked(gl) {
+    this.#pens ??= {
+      slopes: linkNow(gl, VERTEX, SLOPES),
+      standing: linkNow(gl, OUTLINED, STANDING),
+      lit: linkNow(gl, OUTLINED, PAINT_LIT),
+    };
+    return this.#pens;
   }
 
   /**
@@ -245,6 +319,7 @@ export class PaintedSurfaces {
   /** Forgets the textures of a lost context. */
   lose() {
     this.#pens = null;
+    this.#still = null;
     this.#held.clear();
   }
 }
@@ -306,18 +381,19 @@ function drawStanding(gl, pen, into, surface, view) {
 /**
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} pen
- * @param {Paint} into
- * @param {Surface} surface
- * @param {View} view
+ * @param {{framebuffer: WebGLFramebuffer, changes: WebGLTexture[], view: View|null}} into `view`:
+ *   null at the ends of rays
+ * @param {Shaded} surface
  * @param {{lights: PaintLight[], angles: WebGLTexture}} lit
  */
-function drawLights(gl, pen, into, surface, view, { lights, angles }) {
-  const [low, middle, high] = into.changes;
+function drawLights(gl, pen, { framebuffer, changes, view }, surface, { lights, angles }) {
+  const [low, middle, high] = changes;
   const [point, normal, tangent] = surface.found;
-  const { side } = surface;
-  gl.bindFramebuffer(gl.FRAMEBUFFER, into.framebuffers[2]);
-  read(gl, pen, { point, normal, tangent, low, middle, high, angles });
-  bindView(gl, pen, view);
+  const { side, seen } = surface;
+  gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+  read(gl, pen, { point, normal, tangent, seen, low, middle, high, angles });
+  if (view) bindView(gl, pen, view);
+  gl.uniform1i(uniformLocation(gl, pen, "ends"), view ? 0 : 1);
   gl.uniform1i(uniformLocation(gl, pen, "side"), side);
   lights.forEach(({ place, isDirection, cone, index, degrees }, slot) => {
     gl.viewport(0, slot * side, side, side);
@@ -334,14 +410,22 @@ function drawLights(gl, pen, into, surface, view, { lights, angles }) {
  * Draws a painted material into the square at a corner of the present framebuffer.
  * @param {WebGL2RenderingContext} gl
  * @param {Linked} linked
- * @param {Surface} surface
- * @param {Paint} paint
- * @param {PaintLight[]} lights
- * @param {[number, number]} corner lower left in pixels
+ * @param {Shaded} surface
+ * @param {{paint: Seen, lights: PaintLight[], corner: [number, number], ends?: Ends|null}} how
+ *   `corner`: lower left in pixels; `ends`: of the rays of a clear material
  */
-export function drawPainted(gl, linked, surface, paint, lights, corner) {
+export function drawPainted(gl, linked, surface, { paint, lights, corner, ends }) {
   const { own, cosines, arriving } = paint;
-  read(gl, linked, { seen: surface.seen, normal: surface.found[1], own, cosines, arriving });
+  const { seen, found } = surface;
+  const [, normal, tangent] = found;
+  read(gl, linked, {
+    seen,
+    normal,
+    own,
+    cosines,
+    arriving,
+    ...(ends && { tangent, numbers: ends.numbers, lengths: ends.lengths, colors: ends.colors }),
+  });
   gl.uniform2i(uniformLocation(gl, linked, "corner"), ...corner);
   gl.uniform1i(uniformLocation(gl, linked, "side"), surface.side);
   gl.uniform3fv(uniformLocation(gl, linked, "intensities"), lights.flatMap(({ color }) => color));

@@ -64,15 +64,21 @@ export const angleOf = (degrees) => Math.floor(((((degrees % 360) + 360) % 360) 
  */
 export function shadowKey(scene) {
   if (!scene.shadows) return "";
-  const { mesh, rotation_deg, scale, camera, tangents, sphere_pole, ground } = scene;
-  const places = (scene.lights ?? []).map(({ kind, position, direction }) =>
+  const lights = (scene.lights ?? []).map(({ kind, position, direction }) =>
     kind === "directional" ? { direction: direction ?? null } : (position ?? null),
   );
+  return JSON.stringify([placesKey(scene), lights]);
+}
+
+/**
+ * Identity of where all parts and the camera of a scene are.
+ * @param {Scene} scene
+ */
+export function placesKey(scene) {
+  const { mesh, rotation_deg, scale, camera, tangents, sphere_pole, ground } = scene;
   const others = (scene.objects ?? []).map(({ material, ...place }) => place);
   const height = ground ? (ground.height ?? "lowest") : null;
-  return JSON.stringify([
-    [mesh, rotation_deg, scale, camera, tangents, sphere_pole], places, others, height,
-  ]);
+  return [[mesh, rotation_deg, scale, camera, tangents, sphere_pole], others, height];
 }
 
 /**

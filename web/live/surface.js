@@ -116,11 +116,12 @@ void main() {
 }`;
 
 /**
+ * @typedef {{vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}} Within
+ *
  * @typedef {{raster: Raster, part: number, side: number, slots: number, whole: boolean, within:
- *   {vertices: WebGLVertexArrayObject, buffer: WebGLBuffer, corners: number}, litCells: LitCells,
- *   found: WebGLTexture[], seen: WebGLTexture, lit: WebGLTexture, foundFramebuffer:
- *   WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, places: WebGLTexture[], placesFramebuffer:
- *   WebGLFramebuffer|null, surroundings: Map<Spheres, Surrounding>}} Surface
+ *   Within, litCells: LitCells, found: WebGLTexture[], seen: WebGLTexture, lit: WebGLTexture,
+ *   foundFramebuffer: WebGLFramebuffer, litFramebuffer: WebGLFramebuffer, places: WebGLTexture[],
+ *   placesFramebuffer: WebGLFramebuffer|null, surroundings: Map<Spheres, Surrounding>}} Surface
  *   What the camera sees of a part of the scene. `part`: its number, 0 for the subject. `side`: of
  *   its pictures in pixels. `slots`: largest number of lights, whose pictures in `lit` are stacked.
  *   `whole`: false if there was not enough memory. `within`: a polygon around the part, outside of
@@ -128,6 +129,9 @@ void main() {
  *   tangent of the shading points. `places`: of their normals on lit spheres, and shares; the
  *   subject's only. `surroundings`: radiances in the environments, by material
  *   (`surroundings.js`).
+ *
+ * @typedef {Pick<Surface, "side"|"within"|"found"|"seen"|"lit"|"litFramebuffer"|"surroundings"> &
+ *   {litCells: LitCells|{cells: null}}} Shaded What materials are drawn on
  *
  * @typedef {{texture: WebGLTexture, framebuffer: WebGLFramebuffer, known: boolean}} Surrounding
  *   `known`: false until it is drawn at the present places.
@@ -147,6 +151,33 @@ export const linkSurfacePrograms = (gl) => ({
 });
 
 /**
+ * Creates a polygon.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Float32Array} corners of triangles, in clip space
+ * @returns {Within}
+ */
+export function makeWithin(gl, corners) {
+  const within = {
+    vertices: gl.createVertexArray(),
+    buffer: gl.createBuffer(),
+    corners: corners.length / 2,
+  };
+  gl.bindVertexArray(within.vertices);
+  gl.bindBuffer(gl.ARRAY_BUFFER, within.buffer);
+  gl.bufferData(gl.ARRAY_BUFFER, corners, gl.DYNAMIC_DRAW);
+  gl.enableVertexAttribArray(0);
+  gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
+  gl.bindVertexArray(null);
+  return within;
+}
+
+/** @param {WebGL2RenderingContext} gl @param {Within} of */
+export function dropWithin(gl, { vertices, buffer }) {
+  gl.deleteVertexArray(vertices);
+  gl.deleteBuffer(buffer);
+}
+
+/**
  * Creates the textures and framebuffers of a part's surface.
  * @param {WebGL2RenderingContext} gl
  * @param {Raster} raster
@@ -158,13 +189,7 @@ function makeSurface(gl, raster, slots, part) {
   const { side } = raster;
   const seen = texture(gl, gl.RGBA32F, side);
   const lit = texture(gl, gl.RGBA32F, side, side * slots);
-  const within = { vertices: gl.createVertexArray(), buffer: gl.createBuffer(), corners: 0 };
-  gl.bindVertexArray(within.vertices);
-  gl.bindBuffer(gl.ARRAY_BUFFER, within.buffer);
-  gl.bufferData(gl.ARRAY_BUFFER, 4 * 2 * 3 * (SIDES - 2), gl.DYNAMIC_DRAW);
-  gl.enableVertexAttribArray(0);
-  gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
-  gl.bindVertexArray(null);
+  const within = makeWithin(gl, new Float32Array(2 * 3 * (SIDES - 2)));
   const found = [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
   const places = part > 0 ? [] : [0, 1, 2].map(() => texture(gl, gl.RGBA32F, side));
   const foundFramebuffer = drawsInto(gl, seen, ...found);
@@ -218,8 +243,7 @@ export function dropSurfaces(gl, all) {
       ...surroundings.map((one) => one.framebuffer),
     ])
       gl.deleteFramebuffer(made);
-    gl.deleteVertexArray(of.within.vertices);
-    gl.deleteBuffer(of.within.buffer);
+    dropWithin(gl, of.within);
     dropLitCells(gl, of.litCells);
   }
   dropRaster(gl, all[0].raster);
@@ -265,7 +289,7 @@ export function drawSurfaces(gl, pens, into, meshes, view) {
  * Draws the light on the surface, one slot for each light.
  * @param {WebGL2RenderingContext} gl
  * @param {SurfacePrograms} pens
- * @param {Surface} into
+ * @param {Shaded} into
  * @param {PointLight[]} lights no more than there are slots
  * @param {WebGLTexture} angles at which they reach the surface
  */
@@ -311,7 +335,7 @@ export function drawPlaces(gl, pens, into, view, degrees) {
   for (const one of into.surroundings.values()) one.known = false;
 }
 
-/** Draws the object's polygon. @param {WebGL2RenderingContext} gl @param {Surface} surface */
+/** Draws the object's polygon. @param {WebGL2RenderingContext} gl @param {Shaded} surface */
 export function drawWithin(gl, { within }) {
   gl.bindVertexArray(within.vertices);
   gl.drawArrays(gl.TRIANGLES, 0, within.corners);

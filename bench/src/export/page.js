@@ -62,17 +62,19 @@ function run(source, call, values, width) {
   return pixels;
 }
 
+/** Call of a function with the values of each row. */
+const callOf = (name, rows) => `${name}(${Array.from({ length: rows }, (_, row) => `at(k, ${row})`).join(", ")})`;
+
 /**
- * Runs a function of a program's inputs; passes the relative error of each value whose bits differ
+ * Runs a call with a program's inputs; passes the relative error of each value whose bits differ
  * from those of brood.
  */
-function compareBits({ source, rows, inputs, f }, name, count) {
+function compareBits({ source, inputs, f }, call, count) {
   const wanted = floats(f);
   const wantedBits = new Uint32Array(wanted.buffer);
   const bits = new Uint32Array(1);
   const value = new Float32Array(bits.buffer);
-  const names = Array.from({ length: rows }, (_, row) => `at(k, ${row})`);
-  const found = run(source, `${name}(${names.join(", ")})`, floats(inputs), data.samples);
+  const found = run(source, call, floats(inputs), data.samples);
   for (let k = 0; k < data.samples; k++) {
     for (let channel = 0; channel < 3; channel++) {
       const place = channel * data.samples + k;
@@ -148,8 +150,9 @@ async function measure(progress) {
     let worst = 0;
     let within = 0;
     try {
-      compareBits(test, "evolved_program", (by) => ((differing += 1), (worst = Math.max(worst, by))));
-      compareBits({ ...test, source: test.within }, "evolved_program", () => (within += 1));
+      const call = callOf("evolved_program", test.rows);
+      compareBits(test, call, (by) => ((differing += 1), (worst = Math.max(worst, by))));
+      compareBits({ ...test, source: test.within }, call, () => (within += 1));
       result.values += 3 * data.samples;
       const free = run(test.source, `evolved(${directionsAt()}, ${FRAME}, vec2(at(6, k), at(7, k)))`, directions, 8);
       for (let k = 0; k < data.samples; k++) {
@@ -175,7 +178,9 @@ async function measure(progress) {
     await new Promise((resolve) => setTimeout(resolve));
     let differing = 0;
     try {
-      compareBits(style, "styled_program", () => (differing += 1));
+      for (const call of style.calls) {
+        compareBits({ source: style.source, ...call }, call.code, () => (differing += 1));
+      }
     } catch (error) {
       result.failures.push({ style: number, error: String(error.message).slice(0, 500) });
       continue;

@@ -7,6 +7,7 @@
 //! its own width, has large errors but few units.
 
 mod bound;
+mod call;
 mod sample;
 mod style;
 
@@ -16,6 +17,7 @@ use brood_program::Program;
 use glam::DVec3;
 
 pub use bound::{BOUNDS, Bound, ErrorSummary, ErrorTally};
+pub use call::{StyledCall, styled_calls};
 pub use sample::pairs;
 pub use style::styles;
 

@@ -13,12 +13,6 @@ pub enum PrintError {
     /// The format is of painted materials.
     #[error("{} is a format of painted materials", .0.name())]
     NotPainted(Format),
-    /// The material shows its surroundings.
-    #[error(
-        "a painted material with glass is not exported: its colours need rays through its scene; \
-         remove the effect glass to export it"
-    )]
-    Glass,
     /// The material has control images.
     #[error(
         "a painted material with control images is not exported: the formats have no textures; \

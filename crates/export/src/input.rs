@@ -1,6 +1,6 @@
 //! Inputs of a program from world directions, in f32: twins of `brood_brdf::Input::evaluate` with
 //! the same operations, so that swapping the directions changes no bit here either. Inputs of a
-//! point and its lights are fields of structures.
+//! point, its lights and clear bodies are fields of structures.
 
 use brood_brdf::{Input, InputMask, LightInput};
 use brood_genome::RANGE;
@@ -221,8 +221,8 @@ fn definition(input: Input) -> (&'static str, &'static [Part]) {
     }
 }
 
-/// Expression of an input of a point `at` or of one of its `lights`; `None` if it is one of
-/// directions.
+/// Expression of an input of a point `at`, of one of its `lights` or of its `glass`; `None` for one
+/// of directions.
 fn field(input: Input) -> Option<String> {
     if let Some((light, quantity)) = input.light() {
         let color = |channel: &str| format!("lights[{light}].color.{channel}");
@@ -240,18 +240,36 @@ fn field(input: Input) -> Option<String> {
         Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => {
             Some(format!("at.{}", name(input)))
         }
-        Input::Depth => Some("clamp(at.depth, -BROOD_RANGE, BROOD_RANGE)".to_owned()),
+        Input::Depth => Some(within_range("at.depth")),
+        Input::MirroredRed => Some("glass.mirrored.x".to_owned()),
+        Input::MirroredGreen => Some("glass.mirrored.y".to_owned()),
+        Input::MirroredBlue => Some("glass.mirrored.z".to_owned()),
+        Input::Way0Red => Some("glass.way_0.x".to_owned()),
+        Input::Way0Green => Some("glass.way_0.y".to_owned()),
+        Input::Way0Blue => Some("glass.way_0.z".to_owned()),
+        Input::Way1Red => Some("glass.way_1.x".to_owned()),
+        Input::Way1Green => Some("glass.way_1.y".to_owned()),
+        Input::Way1Blue => Some("glass.way_1.z".to_owned()),
+        Input::Way0Share => Some(format!("glass.{}", name(input))),
+        Input::MirroredLength | Input::Way0Length | Input::Way1Length => {
+            Some(within_range(&format!("glass.{}", name(input))))
+        }
         _ => None,
     }
 }
 
-/// True if an input is one of directions or texture coordinates, not of a point and its lights.
+/// Expression of a field whose values may be beyond the range of the machine.
+fn within_range(field: &str) -> String {
+    format!("clamp({field}, -BROOD_RANGE, BROOD_RANGE)")
+}
+
+/// True if an input is one of directions or texture coordinates, not a field of a structure.
 pub(crate) fn is_of_directions(input: Input) -> bool {
     field(input).is_none()
 }
 
 /// Lines that compute these inputs from `wi`, `wo`, `n`, `x`, `y` and `uv`, or read them from the
-/// point `at` and its `lights`.
+/// point `at`, its `lights` and its `glass`.
 pub(crate) fn lines(inputs: InputMask) -> String {
     let of_directions = || inputs.iter().filter(|input| is_of_directions(*input));
     let mut needed: Vec<Part> =
@@ -275,18 +293,18 @@ pub(crate) fn lines(inputs: InputMask) -> String {
 }
 
 /// Bound of the magnitude of an input: 1.5 times its largest value, for f32 rounding and directions
-/// that are not exactly unit. `uv` is the bound of texture coordinates.
+/// that are not exactly unit, or the bound that it is clamped to. `uv` is the bound of texture
+/// coordinates.
 pub(crate) fn bound(input: Input, uv: f32) -> f32 {
     if input.light().is_some() {
         return 1.6;
     }
     match input {
-        Input::Way0Length | Input::Way1Length => 1.6 * RANGE,
+        Input::Depth | Input::MirroredLength | Input::Way0Length | Input::Way1Length => RANGE,
         _ if Input::of_glass().any(|glass| glass == input) || input.is_of_image() => 1.6,
         Input::NormalDotEye | Input::NormalDotEyeStep | Input::DepthStep => 1.6,
         Input::ReflectedLevel | Input::ReflectedStep => 1.6,
         Input::ReflectedRed | Input::ReflectedGreen | Input::ReflectedBlue => 1.6,
-        Input::Depth => RANGE,
         Input::P2 => 3.2,
         Input::SmoothP4 => 1.6,
         Input::U | Input::V => uv.min(RANGE),
@@ -319,7 +337,7 @@ mod tests {
         }
         let mut names: Vec<String> = Input::ALL.into_iter().map(name).collect();
         names.extend(Part::ALL.map(Part::name).map(str::to_owned));
-        let others = ["wi", "wo", "n", "x", "y", "uv", "models", "at", "lights"];
+        let others = ["wi", "wo", "n", "x", "y", "uv", "models", "at", "lights", "glass"];
         names.extend(others.map(str::to_owned));
         let count = names.len();
         names.sort_unstable();
@@ -340,10 +358,21 @@ mod tests {
                     for input in Input::ALL {
                         let value = input.evaluate(&pair, DVec2::new(0.25, 0.75));
                         let bound = f64::from(bound(input, 1.2));
-                        assert!(1.5 * value.abs() < bound, "{input:?} is {value}");
+                        let is_clamped = bound == f64::from(RANGE);
+                        let is_within = 1.5 * value.abs() < bound;
+                        assert!(is_within || is_clamped, "{input:?} is {value}");
                     }
                 }
             }
+        }
+    }
+
+    #[test]
+    fn lengths_of_clear_bodies_are_clamped_to_their_bound() {
+        for input in Input::of_glass() {
+            let (is_length, field) = (name(input).ends_with("length"), field(input).unwrap());
+            assert_eq!(field.starts_with("clamp(glass."), is_length, "{field}");
+            assert_eq!(bound(input, 1.0) > 2.0, is_length, "{field}");
         }
     }
 

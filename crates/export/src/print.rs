@@ -29,16 +29,15 @@ impl Default for Within {
 /// another material.
 ///
 /// `styled(at, lights)` is the colour of a point as a display shows it. It takes a structure of the
-/// point and an array of `within.lights` structures of lights, both described in the module.
+/// point and an array of `within.lights` structures of lights, both described in the module. With
+/// glass it is `styled(at, lights, glass)`, where the last structure is what rays see in the body,
+/// and `styled_body(at, lights)` is the colour without glass.
 ///
 /// # Errors
 /// Returns [`PrintError`] if the format cannot carry the material.
 pub fn print(program: &Program, format: Format, within: Within) -> Result<String, PrintError> {
     if !(1..=Input::LIGHTS).contains(&within.lights) {
         return Err(PrintError::Lights(within.lights));
-    }
-    if program.glass().is_some() {
-        return Err(PrintError::Glass);
     }
     if program.is_by_brdf() {
         return Err(PrintError::ByBrdf);

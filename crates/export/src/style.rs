@@ -1,11 +1,12 @@
 //! Modules of painted materials: `styled`, the colour of a point in a number of lights.
 //!
 //! The scalar code is printed like that of BRDFs. What it reads is in two structures; helpers fill
-//! them in a fragment shader.
+//! them in a fragment shader. What rays see in a clear body is in a third, which renderers fill.
 
 use std::fmt::Write;
 
 use brood_brdf::{Input, InputMask, Lighting};
+use brood_genome::Effect;
 use brood_program::Program;
 
 use crate::format::Format;
@@ -18,6 +19,8 @@ use crate::{body, input};
 const HELPERS: &str = include_str!("style.wgsl");
 /// Mark above the helpers.
 const MARK: &str = "// @style\n";
+/// Reason why writing does not fail.
+const STRING: &str = "a string takes everything";
 
 /// Structures that `styled` takes.
 const STRUCTURES: &str = "\
@@ -50,6 +53,26 @@ struct StyledLight {
 
 ";
 
+/// Structure that `styled` also takes if the style has glass.
+const GLASS: &str = "\
+// What rays see in a clear body, as styles read it: colours as a display shows them (sRGB), each 0
+// to 1, and lengths inside the body in radii of the object. mirrored: along the eye ray that the
+// surface mirrors, with length 0 unless it meets the body again and passes; way_0, way_1: along the
+// first two ways by which the refracted eye ray leaves the body; way_0_share: share of way_0 in the
+// light of both, 1 unless there are two. A ray that ends at the body sees styled_body. A way that
+// sees nothing has colour 0 and length 65504. If nothing enters the body, way_0 equals mirrored.
+struct StyledGlass {
+  mirrored: vec3f,
+  mirrored_length: f32,
+  way_0: vec3f,
+  way_0_length: f32,
+  way_1: vec3f,
+  way_1_length: f32,
+  way_0_share: f32,
+}
+
+";
+
 /// Prints the module of a style.
 ///
 /// # Panics
@@ -61,41 +84,68 @@ pub(crate) fn module(
 ) -> String {
     assert!((1..=Input::LIGHTS).contains(&lights), "styles are printed for 1 to 8 lights");
     // Users pass visibility 1 where there are no shadows.
-    let program = style.painted(Lighting { lights, has_shadows: true });
+    let lighting = Lighting { lights, has_shadows: true };
+    let program = style.painted(lighting);
     assert!(program.is_color(), "only painted programs have colours");
-    let inputs = program.inputs();
     let (_, helpers) = HELPERS.split_once(MARK).expect("the helpers have a mark");
-    let text =
-        [STRUCTURES, helpers, &styled_program(&program, uv), &styled(inputs, lights)].concat();
+    let text = |function: Function, program: &Program| function.text(program, (uv, lights));
+    let text = match style.glass() {
+        None => [STRUCTURES, helpers, &text(Function::OPAQUE, &program)].concat(),
+        Some(_) => {
+            let body = text(Function::BODY, &style.without_glass().painted(lighting));
+            [STRUCTURES, GLASS, helpers, &body, "\n", &text(Function::CLEAR, &program)].concat()
+        }
+    };
     module::assembled(&head(style, &program, format, (uv, lights)), &text, language)
 }
 
-fn styled_program(program: &Program, uv: f32) -> String {
-    let parameters: Vec<String> =
-        program.inputs().iter().map(|input| format!("{}: f32", input::name(input))).collect();
-    let (parameters, lines) = (parameters.join(", "), body::lines(program, uv));
-    "// Colour as a function of the inputs that the style reads.\n".to_owned()
-        + &format!("fn styled_program({parameters}) -> vec3f {{\n{lines}}}\n\n")
+/// Function of a style, and that of the inputs which it reads.
+struct Function {
+    name: &'static str,
+    about: &'static str,
+    of_inputs: &'static str,
+    /// Parameter after those of point and lights.
+    glass: &'static str,
 }
 
-fn styled(inputs: InputMask, lights: usize) -> String {
-    let mut text = format!(
-        "// Red, green and blue of a point as a display shows them (sRGB), each 0 to 1.\n\
-         fn styled(at: StyledPoint, lights: array<StyledLight,{lights}>) -> vec3f {{\n"
-    );
-    if reads_directions(inputs) {
-        text += &let_line("vec3f", "wi", "lights[0].direction");
-        text += &let_line("vec3f", "wo", "at.eye");
-        text += &let_line("vec3f", "x", "vec3f(1.0, 0.0, 0.0)");
-        text += &let_line("vec3f", "y", "vec3f(0.0, 1.0, 0.0)");
-        text += &let_line("vec3f", "n", "vec3f(0.0, 0.0, 1.0)");
-        text += &let_line("vec2f", "uv", "at.uv");
+impl Function {
+    const OPAQUE: Self = Self {
+        name: "styled",
+        about: "// Red, green and blue of a point as a display shows them (sRGB), each 0 to 1.\n",
+        of_inputs: "// Colour as a function of the inputs that the style reads.\n",
+        glass: "",
+    };
+    const CLEAR: Self = Self { glass: ", glass: StyledGlass", ..Self::OPAQUE };
+    const BODY: Self = Self {
+        name: "styled_body",
+        about: "// As styled, for the body without its glass: what rays see that end at the body.\n",
+        of_inputs: "// Colour of the body without its glass as a function of the inputs that it reads.\n",
+        glass: "",
+    };
+
+    fn text(&self, program: &Program, (uv, lights): (f32, usize)) -> String {
+        let Self { name, about, of_inputs, glass } = self;
+        let inputs = program.inputs();
+        let names: Vec<String> = inputs.iter().map(input::name).collect();
+        let parameters: Vec<String> = names.iter().map(|name| format!("{name}: f32")).collect();
+        let (parameters, lines) = (parameters.join(", "), body::lines(program, uv));
+        let mut text =
+            format!("{of_inputs}fn {name}_program({parameters}) -> vec3f {{\n{lines}}}\n\n");
+        text += about;
+        let of_lights = format!("lights: array<StyledLight,{lights}>");
+        writeln!(text, "fn {name}(at: StyledPoint, {of_lights}{glass}) -> vec3f {{").expect(STRING);
+        if reads_directions(inputs) {
+            text += &let_line("vec3f", "wi", "lights[0].direction");
+            text += &let_line("vec3f", "wo", "at.eye");
+            text += &let_line("vec3f", "x", "vec3f(1.0, 0.0, 0.0)");
+            text += &let_line("vec3f", "y", "vec3f(0.0, 1.0, 0.0)");
+            text += &let_line("vec3f", "n", "vec3f(0.0, 0.0, 1.0)");
+            text += &let_line("vec2f", "uv", "at.uv");
+        }
+        text += &input::lines(inputs);
+        writeln!(text, "  return {name}_program({});\n}}", names.join(", ")).expect(STRING);
+        text
     }
-    text += &input::lines(inputs);
-    let arguments: Vec<String> = inputs.iter().map(input::name).collect();
-    writeln!(text, "  return styled_program({});\n}}", arguments.join(", "))
-        .expect("a string takes everything");
-    text
 }
 
 fn reads_directions(inputs: InputMask) -> bool {
@@ -107,11 +157,14 @@ fn head(style: &Program, program: &Program, format: Format, (uv, lights): (f32, 
         true => "",
         false => "// Reads neither tangents nor texture coordinates: pass any.\n",
     };
+    let index = style.glass().and_then(Effect::index_of_refraction);
+    let rays = index.map_or_else(String::new, |_| rays(program));
+    let index = index.map_or_else(String::new, |index| index_line(index, format));
     let numbered = if lights == 1 { "1 light".to_owned() } else { format!("{lights} lights") };
     format!(
         "// A painted material bred by brood, in {numbered}: colours of a display, not a BRDF.\n\
          // styled_point and styled_light are for fragment shaders; others fill the structures.\n\
-         {unread}// Style {}, {} operations. {}.\n{}",
+         {unread}{rays}// Style {}, {} operations. {}.\n{}{index}",
         style.hash(),
         program.operations(),
         format.label(),
@@ -119,12 +172,35 @@ fn head(style: &Program, program: &Program, format: Format, (uv, lights): (f32, 
     )
 }
 
+/// Constant that renderers trace the rays of a clear body with.
+fn index_line(index: f64, format: Format) -> String {
+    let declaration = match format {
+        Format::GlslEs300 | Format::Glsl410 => "const float STYLED_INDEX",
+        Format::Wgsl | Format::Mtoon => "const STYLED_INDEX: f32",
+    };
+    format!(
+        "// Index of refraction of the body, relative to its surroundings.\n{declaration} = {index:?};\n\n"
+    )
+}
+
+/// Lines on the rays of a clear body.
+fn rays(program: &Program) -> String {
+    let mut text = "// A clear body. The renderer traces its rays: see StyledGlass.\n".to_owned();
+    if !program.reads_mirrored() {
+        text += "// Reads nothing of mirrored rays: pass any.\n";
+    }
+    if !program.reads_ways() {
+        text += "// Reads nothing of the ways out of the body: pass any.\n";
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use brood_genome::Genome;
 
     use super::*;
-    use crate::{Within, print};
+    use crate::{Within, conformance, print};
 
     fn printed(text: &str, format: Format, lights: usize) -> String {
         let style = Program::lower(&text.parse::<Genome>().unwrap());
@@ -160,6 +236,54 @@ mod tests {
         let text = printed(BRUSHED, Format::Glsl410, 3);
         assert!(text.contains("vec3 wi = lights[0].direction;"), "{text}");
         assert!(!text.contains("Reads neither"), "{text}");
+    }
+
+    const GLASS: &str = "brood 1\n.effect light\n.effect glass\nindex 1.33\n.effect highlight\n";
+
+    #[test]
+    fn clear_bodies_take_what_rays_see_and_have_a_body_without_glass() {
+        let text = printed(GLASS, Format::GlslEs300, 2);
+        let parts = [
+            "const float STYLED_INDEX = 1.33;\n",
+            "  vec3 way_1;\n  float way_1_length;\n  float way_0_share;\n};",
+            "vec3 styled_body_program(float cosine_0",
+            "vec3 styled_body(StyledPoint at, StyledLight[2] lights) {",
+            "vec3 styled_program(float facing",
+            "vec3 styled(StyledPoint at, StyledLight[2] lights, StyledGlass glass) {",
+            "float mirrored_red = glass.mirrored.x;",
+            "float way_0_length = clamp(glass.way_0_length, -BROOD_RANGE, BROOD_RANGE);",
+        ];
+        let places = parts.map(|part| text.find(part).unwrap_or_else(|| panic!("{part}\n{text}")));
+        assert!(places.is_sorted(), "{places:?}\n{text}");
+        let body = &text[places[2]..places[4]];
+        assert!(!body.contains("glass.") && !body.contains("way_"), "{body}");
+        let without = printed(&GLASS.replace("index", "strength 0\nindex"), Format::GlslEs300, 2);
+        assert!(!without.contains("Glass") && !without.contains("styled_body"), "{without}");
+    }
+
+    #[test]
+    fn heads_of_clear_bodies_list_the_rays_that_are_not_read() {
+        let lines = ["nothing of mirrored rays", "nothing of the ways out"];
+        for (parameter, unread) in [("mirror 0", [true, false]), ("see 0", [false, true])] {
+            let text = printed(&GLASS.replace("index 1.33", parameter), Format::Wgsl, 1);
+            assert_eq!(lines.map(|line| text.contains(line)), unread, "{parameter}\n{text}");
+        }
+    }
+
+    #[test]
+    fn heads_of_clear_bodies_hold_for_their_body_too() {
+        let lighting = Lighting { lights: 2, has_shadows: true };
+        for style in conformance::styles() {
+            let (inputs, body) = (style.painted(lighting).inputs(), style.without_glass());
+            assert!(body.painted(lighting).inputs().iter().all(|input| inputs.contains(input)));
+        }
+    }
+
+    #[test]
+    fn clear_bodies_are_refused_by_the_reason_of_the_format() {
+        let style = Program::lower(&GLASS.parse::<Genome>().unwrap());
+        let error = print(&style, Format::Mtoon, Within::default()).unwrap_err();
+        assert_eq!(error.to_string(), "VRM's toon material has no clear bodies");
     }
 
     #[test]

@@ -59,13 +59,20 @@ fn refusal(compiler: &str, source: &str) -> Option<String> {
     (!output.status.success()).then_some(said)
 }
 
-/// Call of `styled` through the helpers.
-fn call_of_style(lights: usize) -> String {
+/// Calls of `styled` through the helpers, and of `styled_body` if the style has glass.
+fn call_of_style(style: &Program, lights: usize) -> String {
     let frame = "vec3(0.0, 0.0, 1.0), vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)";
     let eye = "normalize(vec3(gl_FragCoord.xy, 1.0))";
     let light = format!("styled_light(vec3(0.0, 0.6, 0.8), vec3(1.0), 0.5, {eye}, {frame})");
     let lights = format!("StyledLight[{lights}]({})", vec![light; lights].join(", "));
-    format!("styled(styled_point({eye}, {frame}, 0.5, vec2(0.25, 0.5)), {lights})")
+    let read = format!("styled_point({eye}, {frame}, 0.5, vec2(0.25, 0.5)), {lights}");
+    match style.glass() {
+        Some(_) => {
+            let glass = "StyledGlass(vec3(0.5), 0.0, vec3(0.25), 1.5, vec3(0.0), 65504.0, 1.0)";
+            format!("styled({read}, {glass}) + styled_body({read})")
+        }
+        None => format!("styled({read})"),
+    }
 }
 
 #[test]
@@ -85,7 +92,7 @@ fn exports_are_accepted_by_the_reference_compiler() {
         sources.extend(programs().iter().map(|one| source(&export(one, format), call)));
         for (lights, style) in (1..=8).cycle().zip(&conformance::styles()) {
             let code = print(style, format, Within { lights, ..Within::default() }).unwrap();
-            sources.push(source(&code, &call_of_style(lights)));
+            sources.push(source(&code, &call_of_style(style, lights)));
         }
     }
     for source in sources {

@@ -5,7 +5,7 @@
 use brood_brdf::{Input, Lighting};
 use brood_eval::conformance::{layered_programs, lit_points};
 use brood_eval::{CanonicalEvaluator, Evaluator};
-use brood_export::conformance::{ErrorTally, cases, pairs, styles};
+use brood_export::conformance::{ErrorTally, cases, pairs, styled_calls, styles};
 use brood_export::{Format, Within, export, print};
 use brood_genome::ModelKind;
 use brood_program::Program;
@@ -145,25 +145,58 @@ fn exported_styles_have_the_colours_of_the_canonical_evaluator() {
         let lighting = Lighting { lights, has_shadows: true };
         let set = lit_points(lights as u64, PAIRS, lighting);
         let inputs: Vec<Input> = style.painted(lighting).inputs().iter().collect();
-        let width = inputs.len().max(1);
-        let columns: Vec<&[f32]> = inputs.iter().map(|input| set.input(*input)).collect();
-        let mut rows = vec![0.0; width * PAIRS];
-        for (k, row) in rows.chunks_exact_mut(width).enumerate() {
-            row.iter_mut().zip(&columns).for_each(|(number, column)| *number = column[k]);
-        }
-        let arguments: Vec<String> = (0..inputs.len()).map(|k| format!("row({k}u)")).collect();
+        let arguments: Vec<String> = (0..inputs.len()).map(row_of).collect();
         let call = format!("styled_program({})", arguments.join(", "));
         let module = print(style, Format::Wgsl, Within { lights, ..Within::default() }).unwrap();
-        let text = format!("{module}{}", main_of(&call, width));
-        let found = run_rows(&device, &text, &rows, width);
-        let mut wanted = Vec::new();
-        CanonicalEvaluator::default().eval(&[style], &set, &mut wanted).unwrap();
-        for (k, found) in found.iter().enumerate() {
-            for channel in 0..3 {
-                let wanted = wanted[channel * PAIRS + k];
-                let apart = (found[channel] - wanted).abs();
-                assert!(apart < 1e-3, "{lights} lights, point {k}: {found:?} {wanted}\n{module}");
-            }
+        check_colors(&device, (&module, &call), style, (&set, &inputs));
+    }
+}
+
+/// As by their inputs, but by the structures, so that each field is the input of its name. Of clear
+/// bodies also the colours without glass.
+#[test]
+fn exported_styles_have_these_colours_from_the_fields_of_their_structures() {
+    let Some(device) = device() else { return };
+    let mut clear = 0;
+    for (lights, style) in (1..=8).cycle().zip(&styles()) {
+        let set = lit_points(lights as u64, PAIRS, Lighting { lights, has_shadows: true });
+        let module = print(style, Format::Wgsl, Within { lights, ..Within::default() }).unwrap();
+        let calls = styled_calls(style, (Format::Wgsl, lights), row_of);
+        clear += calls.len() / 2;
+        for call in calls {
+            check_colors(&device, (&module, &call.code), &call.style, (&set, &call.inputs));
+        }
+    }
+    assert!(clear > 8, "only {clear} clear bodies");
+}
+
+/// Expression of a number of the row.
+fn row_of(k: usize) -> String {
+    format!("row({k}u)")
+}
+
+/// Checks the colours that a call returns for rows of these inputs.
+fn check_colors(
+    device: &Device,
+    (module, call): (&str, &str),
+    style: &Program,
+    (set, inputs): (&SampleSet, &[Input]),
+) {
+    let width = inputs.len().max(1);
+    let columns: Vec<&[f32]> = inputs.iter().map(|input| set.input(*input)).collect();
+    let mut rows = vec![0.0; width * PAIRS];
+    for (k, row) in rows.chunks_exact_mut(width).enumerate() {
+        row.iter_mut().zip(&columns).for_each(|(number, column)| *number = column[k]);
+    }
+    let text = format!("{module}{}", main_of(call, width));
+    let found = run_rows(device, &text, &rows, width);
+    let mut wanted = Vec::new();
+    CanonicalEvaluator::default().eval(&[style], set, &mut wanted).unwrap();
+    for (k, found) in found.iter().enumerate() {
+        for channel in 0..3 {
+            let wanted = wanted[channel * PAIRS + k];
+            let apart = (found[channel] - wanted).abs();
+            assert!(apart < 1e-3, "{call}, point {k}: {found:?} {wanted}\n{module}");
         }
     }
 }

@@ -3,7 +3,7 @@
 use brood_brdf::{LightInput, Lighting, Parameter, ParameterValues};
 use brood_genome::{
     BirthKey, Effect, EffectImage, EffectKind, Genome, IMAGES_MAX, ImageHash, Input, Operator,
-    Palette, ParameterKind, Stream, Variation,
+    Palette, ParameterKind, RANGE, Stream, Variation,
 };
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -100,8 +100,12 @@ fn share(stream: &mut Stream) -> f64 {
     }
 }
 
+/// Largest length of a way in a clear body that sees something, in radii of the body.
+const WAY_MAX: f32 = 8.0;
+
 /// Returns points in lights of random directions, colours and visibilities: a quarter of the values
-/// at the ends of their ranges, half of the gradients 0.
+/// at the ends of their ranges, half of the gradients 0. Levels of lights are their largest
+/// channels.
 #[must_use]
 pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
     let key = BirthKey { seed, slot: size as u32, attempt: 0 };
@@ -124,14 +128,21 @@ pub fn lit_points(seed: u64, size: usize, lighting: Lighting) -> SampleSet {
     ];
     columns.extend(Input::REFLECTED.map(|input| column(input, 0.0)));
     columns.extend(Input::of_glass().map(|input| column(input, 0.0)));
+    let lengths = [Input::MirroredLength, Input::Way0Length, Input::Way1Length];
+    for (_, values) in columns.iter_mut().filter(|(input, _)| lengths.contains(input)) {
+        values.iter_mut().for_each(|v| *v = if *v < 1.0 { WAY_MAX * *v } else { RANGE });
+    }
     for light in 0..lighting.lights {
-        for quantity in LightInput::ALL {
-            let low = match quantity {
-                LightInput::Cos | LightInput::Mirror => -1.0,
-                _ => 0.0,
-            };
-            columns.push(column(Input::of_light(light, quantity), low));
-        }
+        let mut of_light = |quantity, low| column(Input::of_light(light, quantity), low);
+        columns.extend([LightInput::Cos, LightInput::Mirror].map(|cosine| of_light(cosine, -1.0)));
+        let steps = [LightInput::Visibility, LightInput::CosStep, LightInput::MirrorStep];
+        columns.extend(steps.map(|quantity| of_light(quantity, 0.0)));
+        let channels = [LightInput::Red, LightInput::Green, LightInput::Blue];
+        let channels = channels.map(|channel| of_light(channel, 0.0));
+        let largest = |k: usize| channels.iter().fold(0.0, |most: f32, (_, v)| most.max(v[k]));
+        let level = Input::of_light(light, LightInput::Level);
+        columns.push((level, (0..size).map(largest).collect()));
+        columns.extend(channels);
     }
     for image in Input::IMAGES {
         // Colours of an image are times its opacity.

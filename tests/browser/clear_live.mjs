@@ -1,0 +1,56 @@
+// Clear materials drawn live, compared with the server's pictures: what their rays see of a
+// backdrop, of objects and of the ground, at any angle of the light.
+
+import { strict as assert } from "node:assert";
+
+import { comparedAround, openLineage } from "./drawn_live.mjs";
+import { noneLit } from "./live.mjs";
+import { goTo, turnByHand } from "./materials.mjs";
+
+/**
+ * Largest share of pixels apart: edges of the body, and of what it shows. Live frames have one ray
+ * of each kind for a pixel.
+ */
+const APART = 0.06;
+const LARGE = { width: 1440, height: 985 };
+
+/** Runs the journey; `shot` saves a screenshot. */
+export async function clearLive(app, step, shot, base) {
+  const { page } = app;
+  const size = page.viewportSize();
+  await page.setViewportSize(LARGE);
+  const { lineage: before } = await app.generation(await app.ready());
+
+  const opened = (name, preset, scene, seed) =>
+    openLineage(app, base, { name, start: "painted", scene }, seed, preset);
+  const compared = (generation, name) =>
+    comparedAround(app, shot, base, generation, `42-${name}`, APART, "&samples=1");
+
+  await step("draws glass before a colour live like the server", async () => {
+    const scene = { mesh: "knob", lights: [{}], backdrop: { kind: "color", color: [0.8, 0.5, 0.2] } };
+    const generation = await opened("Glass", "paint-glass", scene, 3);
+    const text = await compared(generation, "glass");
+    await turnByHand(app, async () => {
+      assert.equal(await page.locator(".pictures.lit").count(), 0, "the server draws a turned body");
+    });
+    await noneLit(page);
+    return text;
+  });
+
+  await step("shows objects, the ground and their light in glass", async () => {
+    const lights = [{ position: [3, 4, 2.5] }, { position: [-3, 2.5, 2], intensity: [14, 11, 8] }];
+    const scene = {
+      mesh: "ball", camera: { orbit_deg: [15, 22] }, lights, ground: { material: "paint-toon" },
+      film: { exposure: -1, tone: "filmic" },
+      objects: [
+        { mesh: "sphere", position: [1.1, 0, 0.6], scale: 0.4, stands: true, material: "gold" },
+        { mesh: "torus", position: [-1.2, 0.2, -0.5], scale: 0.45, rotation_deg: [50, 20, 0] },
+      ],
+    };
+    return compared(await opened("Glass among", "paint-glass", scene, 5), "glass-among");
+  });
+
+  await goTo(app, before);
+  await page.setViewportSize(size);
+  app.quiet();
+}

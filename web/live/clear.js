@@ -1,0 +1,150 @@
+/**
+ * Clear subjects: what their rays see, coloured once for an angle of the light and shared by all
+ * frames of a size whose materials have the same index of refraction. A ray that ends at the
+ * subject itself, at most one of 500 on the built-in meshes, sees the colour of the depth.
+ *
+ * @import { Cell, Scene } from "../model.js"
+ * @import { Picture } from "./backdrop_picture.js"
+ * @import { Material } from "./material.js"
+ * @import { Light } from "./others.js"
+ * @import { PaintedSurfaces } from "./paint.js"
+ * @import { Linked } from "./program.js"
+ * @import { Ends } from "./ray_ends.js"
+ * @import { SurfacePrograms } from "./surface.js"
+ */
+import { drawMaterial } from "./material.js";
+import { develop, linkDevelop } from "./others.js";
+import { drawPainted } from "./paint.js";
+import { OUTLINED, linkNow, read, uniformLocation } from "./program.js";
+import { RayEnds, endsKey } from "./ray_ends.js";
+import { drawWithin, lightSurface } from "./surface.js";
+
+/** Colours of a backdrop where rays see it. */
+const BEHIND = `#version 300 es
+precision highp float;
+precision highp sampler2D;
+uniform sampler2D point;
+uniform sampler2D backdrop;
+uniform bool pictured;
+uniform vec3 plain;
+uniform vec2 cover;
+uniform float pixels;
+out vec4 color;
+void main() {
+  vec2 at = texelFetch(point, ivec2(gl_FragCoord.xy), 0).xy;
+  ivec2 size = textureSize(backdrop, 0);
+  float level = log2(max(1.0, float(min(size.x, size.y)) / pixels));
+  // The first row is the top.
+  vec4 texel = textureLod(backdrop, 0.5 + cover * (vec2(at.x, 1.0 - at.y) - 0.5), level);
+  vec4 straight = texel.a >= 0.5 ? vec4(texel.rgb / texel.a, 1.0) : vec4(0.0);
+  color = pictured ? straight : vec4(plain, 1.0);
+}`;
+
+/**
+ * True if clear subjects can be drawn live: all that rays see has a colour without environments,
+ * and nothing casts shadows.
+ * @param {Scene} scene
+ */
+export const showsGlass = ({ shadows, lights }) =>
+  !shadows && (lights ?? []).every(({ kind }) => kind !== "environment");
+
+export class ClearBodies {
+  #ends;
+  /** @type {{develop: Linked, behind: Linked}|null} */
+  #pens = null;
+
+  /** @param {() => void} changed is called when ends of rays have arrived */
+  constructor(changed) {
+    this.#ends = new RayEnds(changed);
+  }
+
+  /**
+   * The ends of the rays of clear materials.
+   * @param {WebGL2RenderingContext} gl
+   * @param {{scene: Scene, confirmed: Scene, slots: number}} of `confirmed`: the stored scene;
+   *   `slots`: number of lights
+   * @param {{cell: Cell, material: Material, side: number}[]} drawn `side`: of the frame
+   * @returns {Map<Cell, Ends>|null} null while some are being loaded
+   */
+  prepare(gl, { scene, confirmed, slots }, drawn) {
+    /** @type {Map<Cell, Ends>} */
+    const found = new Map();
+    const key = endsKey(scene);
+    let all = true;
+    for (const { cell, material, side } of drawn) {
+      const { index } = material;
+      if (index === null) continue;
+      const known = key === endsKey(confirmed) && confirmed.id;
+      const ends =
+        known && this.#ends.of(gl, { key, sceneId: confirmed.id ?? "" }, { index, side, slots });
+      if (ends && ends.whole) found.set(cell, ends);
+      else all = false;
+    }
+    return all ? found : null;
+  }
+
+  /**
+   * Colours what rays see, unless it is known.
+   * @param {WebGL2RenderingContext} gl
+   * @param {{pens: SurfacePrograms, dark: Linked[], painted: PaintedSurfaces}} tools
+   * @param {Ends} ends
+   * @param {Material[]} materials of the other parts
+   * @param {Light} light
+   * @param {{scene: Scene, picture: Picture|null, gain: number, tone: number}} film `picture`: of
+   *   the backdrop; `gain`: for the lights of `light`
+   */
+  shade(gl, { pens, dark, painted }, ends, materials, light, { scene, picture, gain, tone }) {
+    const others = ends.parts.slice(1, -1);
+    if (ends.shaded !== light.key) {
+      gl.disable(gl.SCISSOR_TEST);
+      gl.clearColor(0, 0, 0, 0);
+      for (const made of ends.framebuffers) {
+        gl.bindFramebuffer(gl.FRAMEBUFFER, made);
+        gl.clear(gl.COLOR_BUFFER_BIT);
+      }
+      const { lights, angles, paintLights } = light;
+      const where = { gain: 1, tone: 0, marks: false, adds: false };
+      for (const [index, surface] of others.entries()) {
+        const material = materials[index];
+        const paint = material.painted ? painted.lightEnds(gl, ends, light) : null;
+        if (!paint) lightSurface(gl, pens, surface, lights, angles);
+        gl.bindFramebuffer(gl.FRAMEBUFFER, ends.framebuffers[paint ? 1 : 0]);
+        if (paint) drawPainted(gl, material.linked, surface, { paint, lights: paintLights, corner: [0, 0] });
+        else
+          drawMaterial(gl, material, dark, { surface, lights, around: 1 }, { ...where, corner: [0, 0] });
+      }
+      ends.shaded = light.key;
+      ends.developed = "";
+    }
+    const { backdrop } = scene;
+    const developed = JSON.stringify([gain, tone, backdrop]);
+    if (ends.developed !== developed) {
+      this.#pens ??= { develop: linkDevelop(gl), behind: linkNow(gl, OUTLINED, BEHIND) };
+      gl.bindFramebuffer(gl.FRAMEBUFFER, ends.colorFramebuffer);
+      gl.viewport(0, 0, ends.side, ends.side);
+      develop(gl, this.#pens.develop, ends.lit, { gain, tone, marks: false });
+      if (backdrop?.kind === "color" || (backdrop?.kind === "image" && picture)) {
+        const pen = this.#pens.behind;
+        const [point] = ends.all.found;
+        // A shader without a picture reads any texture.
+        read(gl, pen, { point, backdrop: picture?.texture ?? point });
+        gl.uniform1i(uniformLocation(gl, pen, "pictured"), backdrop.kind === "image" ? 1 : 0);
+        gl.uniform3fv(
+          uniformLocation(gl, pen, "plain"),
+          backdrop.kind === "color" ? backdrop.color : [0, 0, 0],
+        );
+        gl.uniform2f(uniformLocation(gl, pen, "cover"), ...(picture?.cover ?? [1, 1]));
+        gl.uniform1f(uniformLocation(gl, pen, "pixels"), ends.pixels);
+        drawWithin(gl, ends.parts[ends.parts.length - 1]);
+      }
+      ends.developed = developed;
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  /** Forgets everything of a lost context. */
+  lose() {
+    this.#pens = null;
+    this.#ends.lose();
+  }
+}
