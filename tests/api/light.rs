@@ -173,6 +173,11 @@ async fn lit_angles_hold_the_shadows_of_lights_without_size() {
     assert_eq!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
     other["rotation_deg"] = json!([0, 50, 0]);
     assert_ne!(server.get(&path(&other, "side=40").await).await.expect(200).body, file);
+    // A clear subject has them twice; the second time it casts no shadow on itself.
+    let clear = server.get(&path(&scene, "side=40&clear=true").await).await.expect(200).body;
+    assert_eq!(clear[20..file.len()], file[20..]);
+    assert_eq!(clear.len(), file.len() + 16 * 2 * 40 * 40);
+    assert_ne!(clear[file.len()..], file[20..]);
     // Nor on materials, but on the other objects.
     let mut among = scene.clone();
     among["ground"] = json!({});
@@ -224,18 +229,23 @@ async fn ray_ends_hold_what_a_clear_subject_shows() {
     let file = server.get(&path(&scene, "side=40&index=1.5").await).await.expect(200).body;
     assert_eq!((&file[..8], word(&file, 12)), (b"broodend".as_slice(), 40));
     assert_eq!(word(&file, 20), 3, "the subject, the ground, and what is behind");
-    let rows: Vec<u32> = (0..3).map(|part| word(&file, 24 + 4 * part)).collect();
+    let rows: Vec<u32> = (0..3).map(|part| word(&file, 28 + 4 * part)).collect();
     assert!(rows[1] > 0 && rows[2] > 0, "{rows:?}");
     let ends = (word(&file, 16) * rows.iter().sum::<u32>()) as usize;
-    assert_eq!(file.len(), 24 + 4 * 3 + 24 * 40 * 40 + 48 * ends);
-    // They depend neither on lights and shadows nor on materials and what the backdrop shows.
+    assert_eq!(file.len(), 28 + 4 * 3 + 24 * 40 * 40 + 48 * ends);
+    // They depend neither on lights nor on materials and what the backdrop shows.
     let mut other = scene.clone();
     other["lights"] = json!([{"kind": "directional"}, {"position": [1, 2, 3]}]);
-    other["shadows"] = json!(true);
     other["backdrop"] = json!(null);
     other["ground"]["material"] = json!("gold");
     assert_eq!(server.get(&path(&other, "side=40&index=1.5").await).await.expect(200).body, file);
     assert_ne!(server.get(&path(&scene, "side=40&index=1.33").await).await.expect(200).body, file);
+    // With shadows, the angles of both lights follow twice.
+    other["shadows"] = json!(true);
+    let lit = server.get(&path(&other, "side=40&index=1.5").await).await.expect(200).body;
+    assert_eq!((word(&lit, 24), lit.len()), (4, file.len() + 16 * 4 * ends));
+    other["lights"] = json!([{"kind": "sphere", "position": [0, 3, 3], "radius": 1}]);
+    assert_eq!(server.get(&path(&other, "side=40&index=1.5").await).await.expect(200).body, file);
     for query in [
         "side=15&index=1.5",
         "side=40&index=2.5",

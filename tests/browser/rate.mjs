@@ -1,10 +1,10 @@
 // Measures frames per second of live drawing, 21 materials under the circling light, and how many
 // exported programs keep their bits, in headless Chromium: `node tests/browser/rate.mjs [--angle
 // NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--environment NAME]
-// [--shadows] [--ground] [--seeds N,...] [--programs N]`, with $BROOD_BIN and $CHROMIUM as for the
+// [--shadows] [--ground] [--preset NAME] [--seeds N,...] [--programs N]`, with $BROOD_BIN and $CHROMIUM as for the
 // journey. In an environment programs are isotropic and homogeneous. --ground puts the object on
-// the ground beside a golden ball. Without --angle the browser's software
-// renderer draws; with it, the system's: gl-egl for OpenGL on a Linux machine without a screen, gl,
+// the ground beside a golden ball. --preset draws children of a painted preset instead of random
+// programs. Without --angle the browser's software renderer draws; with it, the system's: gl-egl for OpenGL on a Linux machine without a screen, gl,
 // vulkan, metal or d3d11 elsewhere. This is a measurement and not a test: it prints one line of
 // JSON for each object and seed, and one for the exports. It fails only if --hardware is given and
 // software draws. `cargo xtask bench live` makes tables of the output.
@@ -26,6 +26,7 @@ const { values } = parseArgs({
     environment: { type: "string" },
     shadows: { type: "boolean", default: false },
     ground: { type: "boolean", default: false },
+    preset: { type: "string" },
     seeds: { type: "string", default: "7" },
     programs: { type: "string", default: "0" },
   },
@@ -62,10 +63,15 @@ async function made(url, object, seed) {
   const around = values.ground ? { ground: {}, objects: [ball] } : {};
   const { shadows } = values;
   const scene = await send("/v1/scenes", { mesh: object, lights, shadows, ...around });
-  const dialect = image ? { isotropic: true, homogeneous: true } : {};
-  const lineage = await send("/v1/lineages", { name: "rate", scene: scene.id, dialect });
-  const bred = await send(`/v1/lineages/${lineage.id}/generations`, { parents: [], seed });
-  return `${url}${MODULES}#/lineage/${lineage.id}/generation/${bred.id}`;
+  const { preset } = values;
+  const kind = preset
+    ? { start: "painted" }
+    : { dialect: image ? { isotropic: true, homogeneous: true } : {} };
+  const { id } = await send("/v1/lineages", { name: "rate", scene: scene.id, ...kind });
+  const adopted = preset && (await send(`/v1/lineages/${id}/adoptions`, { presets: [preset] }));
+  const parents = adopted ? [adopted.individuals[0].id] : [];
+  const bred = await send(`/v1/lineages/${id}/generations`, { parents, seed });
+  return `${url}${MODULES}#/lineage/${id}/generation/${bred.id}`;
 }
 
 /** Name of the renderer in this browser. */

@@ -47,6 +47,7 @@ impl Renderer {
             | Subject::Target(..)
             | Subject::Matched(..)
             | Subject::Scene
+            | Subject::ClearScene
             | Subject::RayEnds(_) => None,
         };
         let programs: Vec<Arc<Program>> = subjects.iter().filter_map(plain).collect();
@@ -74,9 +75,16 @@ impl Renderer {
                         EncodedPicture::angles(&LitAngles::trace(scene, stage, side))
                     })?
                 }
+                (Subject::ClearScene, _) => {
+                    self.geometry(frame, mesh, PictureFormat::Angles, |(scene, stage), side| {
+                        let stage = with_clear_subject(&stage);
+                        EncodedPicture::angles(&LitAngles::trace(scene, stage, side))
+                    })?
+                }
                 (Subject::RayEnds(hundredths), _) => {
                     let index = f64::from(*hundredths) / 100.0;
                     self.geometry(frame, mesh, PictureFormat::RayEnds, |(scene, stage), side| {
+                        let stage = with_clear_subject(&stage);
                         EncodedPicture::ray_ends(&RayEnds::trace((scene, index), stage, side))
                     })?
                 }
@@ -245,6 +253,13 @@ fn draw_view(known: &KnownView, aspect: Aspect) -> Result<EncodedPicture, Render
             statuses(|status| [if status == PixelStatus::Masked { 0 } else { u8::MAX }; 3])
         }
     })
+}
+
+/// Returns the stage with a subject through which some light passes.
+fn with_clear_subject<'a>(stage: &Stage<'a>) -> Stage<'a> {
+    let mut shares = vec![0.0; stage.count()];
+    shares[0] = 0.5;
+    stage.with_clear(&shares)
 }
 
 /// Returns the colour of a status; the API documentation lists these colours.

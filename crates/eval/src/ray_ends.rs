@@ -1,27 +1,28 @@
 //! Files of ray ends for the page.
 
-use brood_scene::{PixelRays, RayEnd, RayEnds};
+use brood_scene::{PixelRays, RayEnd, RayEnds, Toggles};
 use half::f16;
 
 const MAGIC: &[u8; 8] = b"broodend";
 const VERSION: u32 = 1;
 /// Bytes before the numbers of rows.
-const HEAD: usize = 24;
-/// Bytes of a pixel and of an end.
+const HEAD: usize = 28;
+/// Bytes of a pixel, of an end, and of the angles of an end.
 const PIXEL: usize = 24;
 const END: usize = 48;
+const ANGLES: usize = size_of::<Toggles>();
 
 /// Encodes ray ends, as blocks that are textures.
 ///
 /// # Shapes
 /// Little-endian: the magic `broodend`, u32 version, u32 side of the picture in pixels, u32 ends in
-/// a row, u32 parts (the subject, the other objects, the ground, behind all), and u32 rows of each
-/// part. Then, for the pixels row by row from the bottom, four u32 each: the numbers of the ends of
+/// a row, u32 parts (the subject, the other objects, the ground, behind all), u32 sets of angles,
+/// and u32 rows of each part. Then, for the pixels row by row from the bottom, four u32 each: the numbers of the ends of
 /// the mirrored ray and of both ways, from 1, 0 without a ray; and 0. Then four f16 for each pixel:
 /// the lengths of these rays inside the body, and the share of the first way. Then, for the ends
 /// part after part, each from a new row, five blocks: position and 1 (f32), and in f16 what painted
 /// materials read, direction against the ray with texture position, normal and 1, tangent and 0.
-/// Places without an end are 0.
+/// Places without an end are 0. Then a block for each set of [`RayEnds::angles`], eight u16 an end.
 #[must_use]
 pub fn encode_ray_ends(ends: &RayEnds) -> Vec<u8> {
     let (across, rows) = layout(ends);
@@ -37,7 +38,8 @@ pub fn encode_ray_ends(ends: &RayEnds) -> Vec<u8> {
     let (side, pixels) = (ends.side() as usize, ends.pixels());
     let mut bytes = Vec::with_capacity(HEAD + PIXEL * pixels.len() + END * places);
     bytes.extend(MAGIC);
-    for number in [VERSION, ends.side(), word(across), word(rows.len())] {
+    for number in [VERSION, ends.side(), word(across), word(rows.len()), word(ends.angles().len())]
+    {
         bytes.extend(number.to_le_bytes());
     }
     for rows in &rows {
@@ -68,6 +70,10 @@ pub fn encode_ray_ends(ends: &RayEnds) -> Vec<u8> {
     block(8, &|end, bytes| bytes.extend(halves([end.eye.x, end.eye.y, end.uv.x, end.uv.y])));
     block(8, &|end, bytes| bytes.extend(halves(end.n.extend(1.0).to_array())));
     block(8, &|end, bytes| bytes.extend(halves(end.u.extend(0.0).to_array())));
+    for (part, rows) in ends.angles().iter().flat_map(|set| set.iter().zip(&rows)) {
+        bytes.extend(part.as_flattened().iter().flat_map(|toggle| toggle.to_le_bytes()));
+        bytes.resize(bytes.len() + ANGLES * (across * rows - part.len()), 0);
+    }
     bytes
 }
 
@@ -102,7 +108,7 @@ pub fn are_ray_ends(bytes: &[u8], side: u32) -> bool {
         let chunk = bytes.get(at..).and_then(<[u8]>::first_chunk);
         chunk.map_or(0, |chunk| u32::from_le_bytes(*chunk))
     };
-    let (across, parts) = (u64::from(number(16)), number(20) as usize);
+    let (across, parts, sets) = (u64::from(number(16)), number(20) as usize, u64::from(number(24)));
     if !bytes.starts_with(MAGIC) || [number(8), number(12)] != [VERSION, side] {
         return false;
     }
@@ -111,7 +117,8 @@ pub fn are_ray_ends(bytes: &[u8], side: u32) -> bool {
     let pixels = u64::from(side) * u64::from(side);
     let (head, ends) = ((HEAD + 4 * parts) as u64, across.saturating_mul(rows));
     let expected = head + PIXEL as u64 * pixels;
-    expected.saturating_add(ends.saturating_mul(END as u64)) == bytes.len() as u64
+    let size = END as u64 + ANGLES as u64 * sets;
+    expected.saturating_add(ends.saturating_mul(size)) == bytes.len() as u64
 }
 
 #[cfg(test)]
@@ -132,6 +139,10 @@ mod tests {
     fn files_are_recognised() {
         let (_, bytes) = encoded(9);
         assert!(are_ray_ends(&bytes, 9));
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
+        let scene = Scene { shadows: true, ..Scene::default() };
+        let lit = RayEnds::trace((&scene, 1.5), &mesh, 9);
+        assert!(are_ray_ends(&encode_ray_ends(&lit), 9) && lit.angles().len() == 1);
         assert!(!are_ray_ends(&bytes, 8) && !are_ray_ends(b"", 9));
         assert!(!are_ray_ends(&bytes[..bytes.len() - 1], 9) && !are_ray_ends(&bytes[..40], 9));
     }

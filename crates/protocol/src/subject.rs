@@ -19,6 +19,8 @@ pub enum Subject<P> {
     Matched(P, TargetSource),
     /// Scene alone: where its lights reach.
     Scene,
+    /// As [`Subject::Scene`], and where its lights reach through the subject.
+    ClearScene,
     /// Ends of the rays of the scene's subject as a clear body, with its index of refraction in
     /// hundredths.
     RayEnds(u16),
@@ -60,6 +62,7 @@ impl<P> Subject<P> {
             Self::Target(target, aspect) => Subject::Target(target.clone(), *aspect),
             Self::Matched(program, target) => Subject::Matched(form(program)?, target.clone()),
             Self::Scene => Subject::Scene,
+            Self::ClearScene => Subject::ClearScene,
             Self::RayEnds(index) => Subject::RayEnds(*index),
         })
     }
@@ -77,7 +80,7 @@ impl<P> Subject<P> {
         match self {
             Self::Program(program) | Self::Matched(program, _) => std::slice::from_ref(program),
             Self::Difference(programs) => programs,
-            Self::Target(..) | Self::Scene | Self::RayEnds(_) => &[],
+            Self::Target(..) | Self::Scene | Self::ClearScene | Self::RayEnds(_) => &[],
         }
     }
 
@@ -85,7 +88,11 @@ impl<P> Subject<P> {
     #[must_use]
     pub fn target(&self) -> Option<&TargetSource> {
         match self {
-            Self::Program(_) | Self::Difference(_) | Self::Scene | Self::RayEnds(_) => None,
+            Self::Program(_)
+            | Self::Difference(_)
+            | Self::Scene
+            | Self::ClearScene
+            | Self::RayEnds(_) => None,
             Self::Target(target, _) | Self::Matched(_, target) => Some(target),
         }
     }
@@ -126,6 +133,7 @@ mod tests {
             Subject::Matched(program(1), view(None)),
             Subject::Matched(program(2), view(None)),
             Subject::Scene,
+            Subject::ClearScene,
             Subject::RayEnds(150),
             Subject::RayEnds(133),
         ];

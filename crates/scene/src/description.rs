@@ -260,15 +260,15 @@ impl Scene {
         (self.shadows && !self.lights.is_empty()).then(|| scene.without_looks())
     }
 
-    /// Returns the scene of ray ends (see [`crate::RayEnds`]): the same objects and camera, and
-    /// defaults for everything else; `None` if a normal map turns normals.
+    /// Returns the scene of ray ends (see [`crate::RayEnds`]): that of lit angles if there is one,
+    /// else the same objects and camera without shadows; `None` if a normal map turns normals.
     #[must_use]
     pub fn for_ray_ends(&self) -> Option<Self> {
         let has_map = self.normal_map.is_some()
             || self.objects.iter().any(|object| object.normal_map.is_some())
             || self.ground.as_ref().is_some_and(|ground| ground.normal_map.is_some());
-        let scene = Self { lights: vec![Light::default()], shadows: false, ..self.clone() };
-        (!has_map).then(|| scene.without_looks())
+        let unlit = || Self { lights: vec![Light::default()], shadows: false, ..self.clone() };
+        (!has_map).then(|| self.for_angles().unwrap_or_else(|| unlit().without_looks()))
     }
 
     /// Returns the scene with the same objects, camera and lights, and defaults for materials, film

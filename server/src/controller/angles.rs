@@ -29,14 +29,17 @@ pub struct AnglesQuery {
     /// Side of the picture in pixels, 16 to 1024.
     #[param(minimum = 16, maximum = 1024)]
     side: u32,
+    /// True for the lights once more, as if the subject took no light. Default: false.
+    #[serde(default)]
+    clear: bool,
 }
 
 /// Returns the angles on the light circle at which the point, spot and directional lights of a
 /// scene reach the points of its picture, on the nearest object. Only of scenes with shadows and no
 /// other lights.
 ///
-/// Little-endian: `broodang`, u32 version (1), u32 side, u32 lights, then for each light the pixels
-/// row by row from the bottom. A pixel is eight u16 in ascending order: the angles at which the
+/// Little-endian: `broodang`, u32 version (1), u32 side, u32 lights (with `clear` twice as many),
+/// then for each light the pixels row by row from the bottom. A pixel is eight u16 in ascending order: the angles at which the
 /// light begins to reach the point and ceases in turn, in 1/65535 of a circle of `light_deg`; 65535
 /// where there are fewer.
 #[utoipa::path(get, path = "/v1/scenes/{id}/lit-angles", tag = "scenes",
@@ -46,7 +49,7 @@ pub struct AnglesQuery {
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<SceneId>,
-    Query(AnglesQuery { side }): Query<AnglesQuery>,
+    Query(AnglesQuery { side, clear }): Query<AnglesQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     if !SIDES.contains(&side) {
@@ -57,7 +60,8 @@ pub async fn get(
     let words = "lit angles need a scene with shadows, and point, spot or directional lights alone";
     let scene = known.scene.for_angles().ok_or_else(|| ApiError::refused(words))?;
     let frame = geometry_of((&scene, &known), side, (FORMAT, app.backend));
-    let request = PictureRequest::own(frame, &Subject::Scene);
+    let subject = if clear { Subject::ClearScene } else { Subject::Scene };
+    let request = PictureRequest::own(frame, &subject);
     let head = FileHead::of_picture(request.key(), content_type(FORMAT), REVALIDATED);
     head.made(&headers, app.pictures.get(request)).await
 }

@@ -1,5 +1,5 @@
 //! Lit angles: the angles of the light circle at which point and directional lights reach the
-//! points of a picture. The page draws hard shadows from them while lights move.
+//! points of a picture, or of ray ends. The page draws hard shadows from them while lights move.
 
 use brood_light::{DirectionalLight, Light, LightAssets, PointLight};
 use brood_mesh::UnitFrame;
@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::frame::ShadedPoint;
 use super::quadrature::PixelSampler;
 use super::render::pixel_sampler;
+use super::seen_point::LeavingRay;
 use crate::description::Scene;
 use crate::stage::{Obstacles, Stage};
 
@@ -24,6 +25,13 @@ pub struct LitAngles {
 /// its circle from [`LitAngles::degrees`] of the first. [`NEVER`] where there are fewer.
 pub type Toggles = [u16; 8];
 
+/// Angles at which a light reaches a point, and those at which it does through clear parts.
+pub(super) type Passages = [Toggles; 2];
+
+/// No light ever.
+const DARK: Passages = [[NEVER; 8]; 2];
+/// Number of rays that a thread follows at a time.
+const TOGETHER: usize = 64;
 /// Number of angles of a circle.
 const ANGLES: u32 = 65_535;
 /// Stands for no angle.
@@ -35,7 +43,8 @@ const TESTED: [u32; 2] = [64, 128];
 impl LitAngles {
     /// Traces the lights of a scene from the point in the middle of each pixel, as pictures with
     /// one sample a pixel do. The point is that of the nearest object. A pixel whose middle misses
-    /// all has the angles of one beside it.
+    /// all has the angles of one beside it. If parts of the stage are clear, all lights follow again
+    /// with the angles at which nothing but clear parts is between light and point.
     ///
     /// # Domain
     /// The scene has shadows, and all lights are point or directional lights; others are skipped.
@@ -45,38 +54,53 @@ impl LitAngles {
     #[must_use]
     pub fn trace<'a>(scene: &Scene, stage: impl Into<Stage<'a>>, side: u32) -> Self {
         let stage = stage.into();
-        let lights: Vec<Lamp<'_>> = scene.lights.iter().filter_map(Lamp::of).collect();
-        let tested = TESTED[usize::from(stage.count() > 1)];
-        let part = |part: usize| {
-            let own = stage.with_part(part);
-            let sampler = pixel_sampler(&own, scene, &LightAssets::default(), side.into());
-            let frame = own.frame(scene);
-            let circle = |light: &Lamp<'_>| {
-                let place = |angle: u32| (angle, light.place(angle, &frame));
-                (0..=tested).map(|k| place(k * ANGLES / tested)).collect()
-            };
-            let circles = lights.iter().map(circle).collect();
-            Part { sampler, frame, circles }
-        };
-        let parts = (0..stage.count()).map(part).collect();
-        let tracing = Tracing { parts, lights: &lights };
-        let rows: Vec<Vec<Option<Vec<Toggles>>>> =
+        let tracing = Tracing::new(scene, &stage, side);
+        let rows: Vec<Vec<Option<Vec<Passages>>>> =
             (0..side).into_par_iter().map(|row| tracing.row(row, side)).collect();
         let beside = |x: u32, y: u32| {
             let near = |at: u32| at.saturating_sub(1)..=(at + 1).min(side - 1);
             let mut pixels = near(y).flat_map(|y| near(x).map(move |x| (x, y)));
             pixels.find_map(|(x, y)| rows[y as usize][x as usize].as_ref())
         };
-        let mut toggles = Vec::with_capacity((side * side) as usize * tracing.lights.len());
-        for light in 0..tracing.lights.len() {
+        let lights = tracing.lights.len();
+        let kinds = if stage.clear().is_empty() { 1 } else { 2 };
+        let mut toggles = Vec::with_capacity((side * side) as usize * lights * kinds);
+        for (kind, light) in (0..kinds).flat_map(|kind| (0..lights).map(move |k| (kind, k))) {
             for y in (0..side).rev() {
                 for x in 0..side {
                     let own = rows[y as usize][x as usize].as_ref().or_else(|| beside(x, y));
-                    toggles.push(own.map_or([NEVER; 8], |lights| lights[light]));
+                    toggles.push(own.map_or(DARK, |lights| lights[light])[kind]);
                 }
             }
         }
         Self { side, toggles }
+    }
+
+    /// Finds the angles of all lights at the ends of rays that leave the subject. `parts` has the
+    /// part in which each ray ends; a number beyond all parts has no angles.
+    ///
+    /// # Domain
+    /// As [`LitAngles::trace`]. The rays are in the unit frame of the subject.
+    pub(super) fn of_rays(
+        scene: &Scene,
+        stage: &Stage<'_>,
+        side: u32,
+        rays: &[(LeavingRay, usize)],
+    ) -> Vec<Vec<Passages>> {
+        let tracing = Tracing::new(scene, stage, side);
+        let changes: Vec<_> =
+            (0..stage.count()).map(|part| stage.with_part(part).change_from(0)).collect();
+        let of_ray = |(leaving, part): &(LeavingRay, usize), stack: &mut Stack| {
+            let change = changes.get(*part)?.as_ref();
+            let ray = change.map_or(leaving.ray, |change| change.ray(leaving.ray));
+            let point = tracing.parts[*part].point(ray, stack)?;
+            Some(tracing.passages(&point, stack))
+        };
+        let chunks = rays.par_chunks(TOGETHER).map_init(Stack::default, |stack, rays| {
+            let dark = || vec![DARK; tracing.lights.len()];
+            rays.iter().map(|ray| of_ray(ray, stack).unwrap_or_else(dark)).collect::<Vec<_>>()
+        });
+        chunks.flatten_iter().collect()
     }
 
     /// Side of the picture in pixels.
@@ -85,7 +109,8 @@ impl LitAngles {
         self.side
     }
 
-    /// Angles light after light, row by row from the bottom.
+    /// Angles light after light, row by row from the bottom; with clear parts for both kinds of
+    /// angles in turn.
     #[must_use]
     pub fn toggles(&self) -> &[Toggles] {
         &self.toggles
@@ -108,7 +133,7 @@ impl LitAngles {
 struct Tracing<'a> {
     /// Subject, other objects, ground.
     parts: Vec<Part<'a>>,
-    lights: &'a [Lamp<'a>],
+    lights: Vec<Lamp<'a>>,
 }
 
 /// Light whose angles are found.
@@ -143,27 +168,48 @@ struct Point<'a> {
     n: DVec3,
 }
 
-impl Tracing<'_> {
+impl<'a> Tracing<'a> {
+    fn new(scene: &'a Scene, stage: &Stage<'a>, side: u32) -> Self {
+        let lights: Vec<Lamp<'_>> = scene.lights.iter().filter_map(Lamp::of).collect();
+        let tested = TESTED[usize::from(stage.count() > 1)];
+        let part = |part: usize| {
+            let own = stage.with_part(part);
+            let sampler = pixel_sampler(&own, scene, &LightAssets::default(), side.into());
+            let frame = own.frame(scene);
+            let circle = |light: &Lamp<'_>| {
+                let place = |angle: u32| (angle, light.place(angle, &frame));
+                (0..=tested).map(|k| place(k * ANGLES / tested)).collect()
+            };
+            let circles = lights.iter().map(circle).collect();
+            Part { sampler, frame, circles }
+        };
+        Self { parts: (0..stage.count()).map(part).collect(), lights }
+    }
+
     /// Returns the angles of all lights for each pixel of a row; `None` where its middle misses.
-    fn row(&self, row: u32, side: u32) -> Vec<Option<Vec<Toggles>>> {
+    fn row(&self, row: u32, side: u32) -> Vec<Option<Vec<Passages>>> {
         let mut stack = Stack::default();
         let of_pixel = |column: u32| {
-            let point = self.parts.iter().find_map(|part| part.point((column, row), &mut stack))?;
-            let lights = self.lights.iter().zip(&point.part.circles);
-            let of_light = |(light, circle): (&Lamp<'_>, &Vec<(u32, Place)>)| {
-                point.toggles(light, circle, &mut stack)
-            };
-            Some(lights.map(of_light).collect())
+            let point = self.parts.iter().find_map(|part| {
+                let middle = part.sampler.ray(column, row, DVec2::splat(0.5));
+                part.point(middle, &mut stack)
+            })?;
+            Some(self.passages(&point, &mut stack))
         };
         (0..side).map(of_pixel).collect()
+    }
+
+    fn passages(&self, point: &Point<'_>, stack: &mut Stack) -> Vec<Passages> {
+        let lights = self.lights.iter().zip(&point.part.circles);
+        lights.map(|(light, circle)| point.passages(light, circle, stack)).collect()
     }
 }
 
 impl Part<'_> {
-    /// Returns the point in the middle of a pixel; `None` if that is not on this part.
-    fn point(&self, (x, y): (u32, u32), stack: &mut Stack) -> Option<Point<'_>> {
+    /// Returns the point that a ray in the unit frame of the part sees of it; `None` if that is not
+    /// on this part.
+    fn point(&self, ray: Ray, stack: &mut Stack) -> Option<Point<'_>> {
         let sampler = &self.sampler;
-        let ray = sampler.ray(x, y, DVec2::splat(0.5));
         let hit = sampler.visible_hit(ray, stack)?;
         let surface = &sampler.surface;
         let shaded = ShadedPoint::new(surface.parts, &hit, -ray.direction, surface.tangents);
@@ -174,23 +220,33 @@ impl Part<'_> {
 }
 
 impl Point<'_> {
-    /// Returns the angles at which a light begins to reach the point and ceases. `circle` holds the
-    /// tested angles with places of the light.
-    fn toggles(&self, light: &Lamp<'_>, circle: &[(u32, Place)], stack: &mut Stack) -> Toggles {
-        let place = |angle: u32| light.place(angle, &self.part.frame);
-        let faces = |place: Place| place.seen_from(self.position).0.dot(self.n) > 0.0;
-        let mut is_lit = |place: Place| {
+    /// Returns the angles at which a light begins to reach the point and ceases, without and through
+    /// clear parts. `circle` holds the tested angles with places of the light.
+    fn passages(&self, light: &Lamp<'_>, circle: &[(u32, Place)], stack: &mut Stack) -> Passages {
+        let facing = self.facing(light, circle);
+        let mut passed = |place: Place| {
             let (direction, distance) = place.seen_from(self.position);
             let ray = Ray { origin: self.start, direction };
-            !self.obstacles.is_occluded(ray, distance, stack)
+            self.obstacles.passed(ray, distance, stack)
         };
-        // Angles at which the surface faces the light, first and last ones of an arc included.
+        let tested: Vec<f64> = facing.iter().map(|(_, place)| passed(*place)).collect();
+        let is_clear = tested.iter().any(|passed| *passed > 0.0 && *passed < 1.0);
+        let mut toggles =
+            |is_lit: fn(f64) -> bool| self.toggles(light, (&facing, &tested), is_lit, &mut passed);
+        let whole = toggles(|passed| passed >= 1.0);
+        [whole, if is_clear { toggles(|passed| passed > 0.0) } else { whole }]
+    }
+
+    /// Returns the tested angles at which the surface faces a light, first and last ones of an arc
+    /// included.
+    fn facing(&self, light: &Lamp<'_>, circle: &[(u32, Place)]) -> Vec<(u32, Place)> {
+        let place = |angle: u32| light.place(angle, &self.part.frame);
         let mut facing: Vec<(u32, Place)> = Vec::new();
         let mut before: Option<(u32, bool)> = None;
         for (angle, at) in circle {
-            let now = faces(*at);
+            let now = self.faces(*at);
             if let Some((last, _)) = before.filter(|(_, was)| *was != now) {
-                let end = bisected((last, *angle), |middle| faces(place(middle)) == now);
+                let end = bisected((last, *angle), |middle| self.faces(place(middle)) == now);
                 let end = if now { end } else { end - 1 };
                 facing.push((end, place(end)));
             }
@@ -200,20 +256,35 @@ impl Point<'_> {
             before = Some((*angle, now));
         }
         facing.dedup_by_key(|(angle, _)| *angle);
-        let Some((first, rest)) = facing.split_first() else { return [NEVER; 8] };
-        let mut present = is_lit(first.1);
+        facing
+    }
+
+    fn faces(&self, place: Place) -> bool {
+        place.seen_from(self.position).0.dot(self.n) > 0.0
+    }
+
+    /// Returns the angles at which a condition on the share of light that passes begins to hold and
+    /// ceases. `tested` has the shares at the angles of `facing`.
+    fn toggles(
+        &self,
+        light: &Lamp<'_>,
+        (facing, tested): (&[(u32, Place)], &[f64]),
+        is_lit: fn(f64) -> bool,
+        mut passed: impl FnMut(Place) -> f64,
+    ) -> Toggles {
+        let place = |angle: u32| light.place(angle, &self.part.frame);
+        let mut all = facing.iter().zip(tested).map(|((angle, _), share)| (*angle, is_lit(*share)));
+        let Some((mut last, mut present)) = all.next() else { return [NEVER; 8] };
         let mut found: Vec<u32> = if present { vec![0] } else { Vec::new() };
-        let mut last = first.0;
-        for (angle, at) in rest {
-            let next = is_lit(*at);
+        for (angle, next) in all {
             if next != present {
                 // If the surface faces away between the two, the exact angle does not matter.
-                let is_arc = faces(place(last.midpoint(*angle)));
-                let of_next = |middle| is_lit(place(middle)) == next;
-                found.push(if is_arc { bisected((last, *angle), of_next) } else { *angle });
+                let is_arc = self.faces(place(last.midpoint(angle)));
+                let of_next = |middle| is_lit(passed(place(middle))) == next;
+                found.push(if is_arc { bisected((last, angle), of_next) } else { angle });
                 present = next;
             }
-            last = *angle;
+            last = angle;
         }
         packed(found)
     }
@@ -309,17 +380,32 @@ mod tests {
         let mesh = Mesh::builtin(scene.builtin().unwrap());
         let others: Vec<Mesh> = others.iter().map(|mesh| Mesh::builtin(*mesh)).collect();
         let stage = Stage::new(&scene, &mesh, &others.iter().collect::<Vec<_>>());
-        let angles = LitAngles::trace(&scene, stage.clone(), SIDE);
+        let subject = |share: f64| {
+            let mut shares = vec![0.0; stage.count()];
+            shares[0] = share;
+            stage.with_clear(&shares)
+        };
+        let angles = LitAngles::trace(&scene, subject(0.5), SIDE);
+        let all = scene.lights.len() * (SIDE * SIDE) as usize;
+        assert_eq!((angles.side(), angles.toggles().len()), (SIDE, 2 * all));
+        let (whole, clear) = angles.toggles().split_at(all);
+        assert_eq!(whole, LitAngles::trace(&scene, stage.clone(), SIDE).toggles());
+        check(&scene, &stage, whole, 50);
+        let share = if stage.count() > 2 { 200 } else { u32::MAX };
+        check(&scene, &subject(1.0), clear, share);
+    }
+
+    /// One of `share` points at least must be in shadow.
+    fn check(scene: &Scene, stage: &Stage<'_>, angles: &[Toggles], share: u32) {
         let pixels = (SIDE * SIDE) as usize;
-        assert_eq!((angles.side(), angles.toggles().len()), (SIDE, scene.lights.len() * pixels));
         let (mut shadowed, mut facing, mut differ) = (0, 0, 0);
         for k in 0..40u16 {
             let angle = k * 1638 + 57;
-            for (light, own) in scene.lights.iter().zip(angles.toggles().chunks(pixels)) {
+            for (light, own) in scene.lights.iter().zip(angles.chunks(pixels)) {
                 let seen = Scene { lights: vec![light.clone()], ..scene.clone() };
                 let seen = seen.with_light_deg(LitAngles::degrees(angle));
-                let reached = lit_pixels(&seen, &stage);
-                let faces = lit_pixels(&Scene { shadows: false, ..seen }, &stage);
+                let reached = lit_pixels(&seen, stage);
+                let faces = lit_pixels(&Scene { shadows: false, ..seen }, stage);
                 for (pixel, (reached, faces)) in reached.into_iter().zip(faces).enumerate() {
                     let (x, y) = (pixel % SIDE as usize, pixel / SIDE as usize);
                     let toggles = &own[(SIDE as usize - 1 - y) * SIDE as usize + x];
@@ -329,7 +415,7 @@ mod tests {
                 }
             }
         }
-        assert!(shadowed * 50 > facing, "{shadowed} of {facing} are in shadow");
+        assert!(shadowed >= facing / share, "{shadowed} of {facing} are in shadow");
         assert!(differ * 5000 <= facing, "{differ} of {facing} have another shadow");
     }
 

@@ -6,6 +6,7 @@ use brood_mesh::trace::Ray;
 use glam::{DVec3, Vec2, Vec3};
 
 use super::clear::WayOut;
+use super::lit_angles::{LitAngles, Toggles};
 use super::paint_point::PaintPoint;
 use super::sampling::{PixelArea, Raster, Sampling};
 use super::seen_point::LeavingRay;
@@ -25,6 +26,7 @@ pub struct RayEnds {
     side: u32,
     pixels: Vec<PixelRays>,
     parts: Vec<Vec<RayEnd>>,
+    angles: Vec<Vec<Vec<Toggles>>>,
 }
 
 /// Rays of a pixel: the mirrored eye ray, then at most two ways out of the body.
@@ -58,10 +60,11 @@ pub struct RayEnd {
 
 impl RayEnds {
     /// Follows the rays of the subject with an index of refraction relative to its surroundings. A
-    /// pixel whose middle misses the subject has the rays of one beside it.
+    /// pixel whose middle misses the subject has the rays of one beside it. In a scene with shadows,
+    /// finds at which angles of the light circle the lights reach each end.
     ///
     /// # Domain
-    /// As [`SampleSet::ways_out`]. Lights of the scene are not looked at.
+    /// As [`SampleSet::ways_out`]; with shadows as [`LitAngles::trace`].
     ///
     /// # Panics
     /// As [`SampleSet::render_points`].
@@ -72,6 +75,7 @@ impl RayEnds {
         side: u32,
     ) -> Self {
         let (stage, assets) = (stage.into().with_part(0), LightAssets::default());
+        let lit = scene;
         let scene = &Scene { lights: Vec::new(), shadows: false, ..scene.clone() };
         let (size_px, area) = (PictureSize::from(side), PixelArea::whole(side));
         let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
@@ -81,6 +85,10 @@ impl RayEnds {
         let through = ways.iter().flat_map(|pair| pair.iter().flatten());
         let rays: Vec<LeavingRay> = mirrored.iter().chain(through).map(|way| way.leaving).collect();
         let (parts, ends) = ends_of(scene, &stage, (side, &rays));
+        let angles = match lit.shadows {
+            true => angles_of(lit, &stage, side, (&rays, &ends)),
+            false => Vec::new(),
+        };
         let image = points.image().expect("the set is of a picture");
         let mut pixels = vec![PixelRays::default(); (side * side) as usize];
         let mut next = mirrored.len();
@@ -107,7 +115,7 @@ impl RayEnds {
                 }
             }
         }
-        Self { side, pixels: with_edges(&pixels, side), parts }
+        Self { side, pixels: with_edges(&pixels, side), parts, angles }
     }
 
     /// Side of the picture in pixels.
@@ -127,6 +135,39 @@ impl RayEnds {
     pub fn parts(&self) -> &[Vec<RayEnd>] {
         &self.parts
     }
+
+    /// Angles at which lights reach the ends: light after light, and with clear parts for both kinds
+    /// of angles in turn as in [`LitAngles::toggles`], those of the ends on each part. Empty without
+    /// shadows; behind all they mean nothing.
+    #[must_use]
+    pub fn angles(&self) -> &[Vec<Vec<Toggles>>] {
+        &self.angles
+    }
+}
+
+/// Returns the angles at which the lights of a scene reach the ends of rays: for each kind of
+/// angles and each light, those of all ends of each part.
+fn angles_of(
+    scene: &Scene,
+    stage: &Stage<'_>,
+    side: u32,
+    (rays, ends): (&[LeavingRay], &[(usize, usize)]),
+) -> Vec<Vec<Vec<Toggles>>> {
+    let rays: Vec<(LeavingRay, usize)> =
+        rays.iter().zip(ends).map(|(ray, (part, _))| (*ray, *part)).collect();
+    let found = LitAngles::of_rays(scene, stage, side, &rays);
+    let kinds = if stage.clear().is_empty() { 1 } else { 2 };
+    let lights = found.first().map_or(0, Vec::len);
+    let sets = (0..kinds).flat_map(|kind| (0..lights).map(move |light| (kind, light)));
+    let set = |(kind, light): (usize, usize)| {
+        let mut parts = vec![Vec::new(); stage.count() + 1];
+        // The ends of a part are numbered in the order of the rays.
+        for (passages, (part, _)) in found.iter().zip(ends) {
+            parts[*part].push(passages[light][kind]);
+        }
+        parts
+    };
+    sets.map(set).collect()
 }
 
 /// Returns the pixels, and for those without rays the rays of one beside it.

@@ -124,3 +124,55 @@ fn pixels_beside_the_body_have_rays() {
         .collect();
     assert!(beside.len() > 40 && beside.iter().all(|at| has_rays(*at)), "{}", beside.len());
 }
+
+/// Lights reach the ends of mirrored rays at their angles as they do in pictures.
+#[test]
+fn lights_reach_ends_at_their_angles() {
+    let scene = scene(&AMONG.replace("\"ground\"", "\"shadows\": true, \"ground\""));
+    let meshes = [BuiltinMesh::Torus, BuiltinMesh::Ball, BuiltinMesh::Ground].map(Mesh::builtin);
+    let stage = Stage::new(&scene, &meshes[0], &[&meshes[1], &meshes[2]]);
+    let subject = |share: f64| stage.with_clear(&[share, 0.0, 0.0]);
+    let ends = RayEnds::trace((&scene, 1.5), subject(0.5), SIDE);
+    assert_eq!(ends.angles().len(), 2, "one light, both kinds");
+    let (size_px, area) = (PictureSize::from(SIDE), PixelArea::whole(SIDE));
+    let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
+    let assets = LightAssets::default();
+    let points = SampleSet::render_clear_points(stage.clone(), &scene, &assets, raster);
+    let rays: Vec<LeavingRay> =
+        points.mirrored_ways(&stage, 1.5).iter().map(|way| way.leaving).collect();
+    let first: Vec<(usize, usize)> = points
+        .image()
+        .unwrap()
+        .spans()
+        .map(|span| ends.pixels()[span.pixel as usize].ends[0].unwrap())
+        .collect();
+    let lit_rays = |scene: &Scene, stage: &Stage<'_>, part: usize| -> Vec<bool> {
+        let (own, light) = (stage.with_part(part), Seen::Light(None));
+        let set = SampleSet::of_rays((&own, 0), (scene, &assets), (size_px, &rays), light);
+        let mut lit = vec![false; rays.len()];
+        set.image().unwrap().spans().for_each(|span| lit[span.pixel as usize] = true);
+        lit
+    };
+    let (mut faced, mut differ, mut shadowed) = (0, 0, [0; 2]);
+    for angle in (57..65_000u16).step_by(4000) {
+        let seen = scene.with_light_deg(LitAngles::degrees(angle));
+        let plain = Scene { shadows: false, ..seen.clone() };
+        for part in 1..3 {
+            let faces = lit_rays(&plain, &stage, part);
+            for (kind, stage) in [&stage, &subject(1.0)].into_iter().enumerate() {
+                let reached = lit_rays(&seen, stage, part);
+                for (ray, (own, number)) in first.iter().enumerate() {
+                    if *own != part || !faces[ray] {
+                        continue;
+                    }
+                    let toggles = &ends.angles()[kind][part][*number];
+                    faced += 1;
+                    shadowed[kind] += u32::from(!reached[ray]);
+                    differ += u32::from(reached[ray] != LitAngles::is_lit(toggles, angle));
+                }
+            }
+        }
+    }
+    assert!(shadowed[0] > shadowed[1] && shadowed[1] > 0, "{shadowed:?} of {faced}");
+    assert!(differ * 2000 <= faced, "{differ} of {faced} differ");
+}
