@@ -50,6 +50,18 @@ export async function clearLive(app, step, shot, base) {
     return compared(await opened("Glass among", "paint-glass", scene, 5), "glass-among");
   });
 
+  await step("casts the lighter shadows of clear bodies live, also on what glass shows", async () => {
+    const scene = {
+      mesh: "knob", shadows: true, camera: { orbit_deg: [15, 22] },
+      lights: [{ position: [3, 4, 2.5] }, { kind: "directional", direction: [2, -2, -1] }],
+      ground: {}, film: { exposure: -1, tone: "none" },
+      objects: [
+        { mesh: "sphere", position: [1.1, 0, 0.6], scale: 0.4, stands: true, material: "paint-toon" },
+      ],
+    };
+    return compared(await opened("Clear shadows", "paint-jelly", scene, 6), "glass-shadows");
+  });
+
   await goTo(app, before);
   await page.setViewportSize(size);
   app.quiet();

@@ -41,12 +41,11 @@ void main() {
 }`;
 
 /**
- * True if clear subjects can be drawn live: all that rays see has a colour without environments,
- * and nothing casts shadows.
+ * True if clear subjects can be drawn live: without environments, which rays would see.
  * @param {Scene} scene
  */
-export const showsGlass = ({ shadows, lights }) =>
-  !shadows && (lights ?? []).every(({ kind }) => kind !== "environment");
+export const showsGlass = ({ lights }) =>
+  (lights ?? []).every(({ kind }) => kind !== "environment");
 
 export class ClearBodies {
   #ends;
@@ -89,7 +88,7 @@ export class ClearBodies {
    * @param {{pens: SurfacePrograms, dark: Linked[], painted: PaintedSurfaces}} tools
    * @param {Ends} ends
    * @param {Material[]} materials of the other parts
-   * @param {Light} light
+   * @param {Light & {passed: number}} light `passed`: share of light that passes through the subject
    * @param {{scene: Scene, picture: Picture|null, gain: number, tone: number}} film `picture`: of
    *   the backdrop; `gain`: for the lights of `light`
    */
@@ -102,12 +101,13 @@ export class ClearBodies {
         gl.bindFramebuffer(gl.FRAMEBUFFER, made);
         gl.clear(gl.COLOR_BUFFER_BIT);
       }
-      const { lights, angles, paintLights } = light;
+      const { lights, paintLights } = light;
+      const shadows = ends.shadowsOf(light.passed);
       const where = { gain: 1, tone: 0, marks: false, adds: false };
       for (const [index, surface] of others.entries()) {
         const material = materials[index];
-        const paint = material.painted ? painted.lightEnds(gl, ends, light) : null;
-        if (!paint) lightSurface(gl, pens, surface, lights, angles);
+        const paint = material.painted ? painted.lightEnds(gl, ends, { ...light, shadows }) : null;
+        if (!paint) lightSurface(gl, pens, surface, lights, shadows);
         gl.bindFramebuffer(gl.FRAMEBUFFER, ends.framebuffers[paint ? 1 : 0]);
         if (paint) drawPainted(gl, material.linked, surface, { paint, lights: paintLights, corner: [0, 0] });
         else

@@ -66,6 +66,11 @@ export class DraftMaterial {
     return shown && environmentOf(shown) === key ? shown : null;
   }
 
+  /** True if the draft is clear. */
+  isClear() {
+    return this.#answer !== null && indexOf(this.#answer.code) !== null;
+  }
+
   /**
    * Brings the material closer to the draft.
    * @param {WebGL2RenderingContext} gl
@@ -82,8 +87,7 @@ export class DraftMaterial {
     }
     const { within, environment } = scene;
     this.#clearing = scene.clearing;
-    const isClear = this.#answer !== null && indexOf(this.#answer.code) !== null;
-    liveStore.draftRefused.value = this.#refused || (isClear && !scene.clearing);
+    liveStore.draftRefused.value = this.#refused || (this.isClear() && !scene.clearing);
     const lights = scene.look.lights.length / METER_ANGLES;
     const asked = this.#asked;
     if (

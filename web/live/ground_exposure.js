@@ -6,6 +6,7 @@
  * @import { Material, Meter } from "./material.js"
  * @import { Linked } from "./program.js"
  * @import { PointLight } from "./camera.js"
+ * @import { Shadows } from "./shadows.js"
  * @import { Surface, SurfacePrograms } from "./surface.js"
  */
 import { drawMaterial, percentileOf } from "./material.js";
@@ -21,7 +22,7 @@ const LEVEL = 0.5;
 
 /**
  * @typedef {{pens: SurfacePrograms, dark: Linked[], surface: Surface, material: Material, lightsAt:
- *   (degrees: number) => PointLight[], angles: WebGLTexture}} Ground
+ *   (degrees: number) => PointLight[], shadows: Shadows}} Ground
  *   `surface`: of the ground in pictures of this side; `lightsAt`: lights of strengths near 1
  */
 
@@ -108,7 +109,7 @@ export class GroundExposure {
   }
 
   /** @param {WebGL2RenderingContext} gl @param {Ground} ground */
-  #draw(gl, { pens, dark, surface, material, lightsAt, angles }) {
+  #draw(gl, { pens, dark, surface, material, lightsAt, shadows }) {
     if (!this.#meter) {
       const made = texture(gl, gl.RGBA32F, GROUND_SIDE * ANGLES, GROUND_SIDE);
       this.#meter = { framebuffer: drawsInto(gl, made), texture: made };
@@ -120,7 +121,7 @@ export class GroundExposure {
     const where = { gain: 1, tone: 0, marks: false, adds: false };
     for (let k = 0; k < ANGLES; k += 1) {
       const lights = lightsAt((360 * k) / ANGLES);
-      lightSurface(gl, pens, surface, lights, angles);
+      lightSurface(gl, pens, surface, lights, shadows);
       gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
       drawMaterial(
         gl, material, dark, { surface, lights, around: 1 }, { ...where, corner: [k * GROUND_SIDE, 0] },

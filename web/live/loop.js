@@ -19,7 +19,6 @@ import { FRAMES, lineageStore } from "../lineage/store.js";
 import { pageStore } from "../page/store.js";
 import { extentOf } from "../scene/extents.js";
 import { sceneStore } from "../scene/store.js";
-import { drawBackdrop } from "./backdrop.js";
 import { BackdropPicture } from "./backdrop_picture.js";
 import {
   LIGHTS, directionSeen, hasOthers, lightsOf, materialsOf, normalizedLights, rotationOf,
@@ -28,14 +27,13 @@ import {
 import { layOut, observePixels, openContext } from "./canvas.js";
 import { ClearBodies, showsGlass } from "./clear.js";
 import { DraftMaterial } from "./draft_material.js";
-import { toneNumber } from "./film.js";
+import { FramePainter } from "./frames.js";
 import { Meshes, partPaths } from "./geometry.js";
 import { lightAt, startLight } from "./light_circle.js";
 import { readLitCells, updateLitCells } from "./lit_cells.js";
-import { METER_ANGLES, drawMaterial } from "./material.js";
+import { METER_ANGLES } from "./material.js";
 import { MaterialCache } from "./material_cache.js";
 import { OtherParts } from "./others.js";
-import { PaintedSurfaces, drawPainted } from "./paint.js";
 import { MeanLights, paintLightsOf } from "./paint_lights.js";
 import { AdaptiveResolution, displayInterval } from "./resolution.js";
 import { EVERY_WAY } from "./cone.js";
@@ -45,7 +43,6 @@ import { stageOf } from "./stage.js";
 import { followLight } from "./stills.js";
 import { liveStore } from "./store.js";
 import { drawPlaces, drawSurfaces, lightSurface } from "./surface.js";
-import { drawSurroundings, keepSurroundings } from "./surroundings.js";
 import { ToolBox } from "./tools.js";
 
 /** Stands for a scene without lights, which is drawn black. @type {PointLight} */
@@ -56,12 +53,11 @@ let canvas = null;
 /** @type {Context|null} */
 let context = null;
 /**
- * Keys of what the surfaces show, of the places on lit spheres and the lights on them, and of what
- * exposures were measured for.
+ * Keys of what the surfaces show, of the places on lit spheres, and of what exposures were measured
+ * for.
  */
 let drawnKey = "";
 let placedKey = "";
-let litKey = "";
 let meteredKey = "";
 /** Id of the last generation that was drawn live. */
 let liveGeneration = "";
@@ -72,14 +68,11 @@ let makingMaterials = false;
 const resolution = new AdaptiveResolution();
 const shadows = new ShadowTexture(schedule);
 const cache = new MaterialCache(schedule);
-const painted = new PaintedSurfaces();
 const meshes = new Meshes(schedule);
 const others = new OtherParts(schedule);
 const clear = new ClearBodies(schedule);
-const toolBox = new ToolBox((gl, surface) => {
-  painted.drop(gl, surface);
-  others.drop(gl, surface);
-});
+const frames = new FramePainter(others, clear);
+const toolBox = new ToolBox((gl, surface) => frames.drop(gl, surface));
 const means = new MeanLights(schedule);
 const draftMaterial = new DraftMaterial(schedule);
 const picture = new BackdropPicture(schedule);
@@ -126,14 +119,11 @@ export function attachCanvas(element) {
 function dropResources() {
   toolBox.lose();
   meshes.lose();
-  others.lose();
-  clear.lose();
+  frames.lose();
   drawnKey = "";
   placedKey = "";
-  litKey = "";
   meteredKey = "";
   shadows.lose();
-  painted.lose();
   cache.lose();
   draftMaterial.lose();
   picture.lose();
@@ -217,19 +207,6 @@ function followOnServer(scene, degrees) {
 }
 
 /**
- * Gain of the film for a frame.
- * @param {Scene} scene
- * @param {Material} material
- * @param {number} strength of the lights
- * @param {number|null} decided by a ground, for lights of strengths near 1
- */
-function gainOf({ film: { exposure } }, material, strength, decided) {
-  if (exposure !== "auto") return 2 ** exposure;
-  if (decided !== null) return decided / strength;
-  return material.painted ? 1 : material.gain / strength;
-}
-
-/**
  * One animation frame: brings surface, light, exposures and materials up to date, each only if what
  * it depends on has changed, and draws the materials that are ready.
  * @param {number} now milliseconds
@@ -281,12 +258,13 @@ function frame(now) {
     place: stage.places[part],
   }));
   const key = JSON.stringify([paths, tangents, scene.camera, pose.rotation, pose.scale, stage]);
-  if (key !== drawnKey) {
+  const redrawn = key !== drawnKey;
+  if (redrawn) {
     for (const surfaces of [tools.small, tools.large, tools.metering, tools.ground])
       if (surfaces.length > 0) drawSurfaces(gl, pens, surfaces, parts, view);
     drawnKey = key;
     placedKey = "";
-    litKey = "";
+    frames.forget();
   }
   const confirmed = sceneStore.scene.value ?? scene;
   // Not the dragged angle, which would cause a measurement of each material at every step.
@@ -312,23 +290,19 @@ function frame(now) {
   const paintLights = paintLightsOf(scene, geometry.extent, pose, degrees, (image) => means.of(image));
   // A turned object is drawn without shadows until it rests.
   const shade = sceneStore.draggedPose.value ? "" : shadowKey(scene);
-  const unknown = !shadows.has(shade);
+  const isClear = cache.showsClear() || draftMaterial.isClear();
+  const unknown = !shadows.has(shade, isClear);
   if (unknown && shade === shadowKey(confirmed) && confirmed.id) {
     const { large: side } = (canvas && layOut(canvas, 1, Infinity)) ?? layout;
-    shadows.request(gl, { key: shade, sceneId: confirmed.id, side });
+    shadows.request(gl, { key: shade, sceneId: confirmed.id, side, isClear });
     if (isLightMoved() || draft) return showLive(new Set());
   }
-  const angles = shadows.texture(gl, shade);
-  const lit = JSON.stringify([lights.map(({ place, cone }) => [place, cone]), unknown ? "" : shade]);
+  const opaque = shadows.of(gl, shade, 0);
   const strength = strengthOf(lights);
   const all = Array.from({ length: METER_ANGLES }, (_, k) =>
     normalizedLights(lightsAt(base + (360 * k) / METER_ANGLES), strength),
   ).flat();
-  if (lit !== litKey) {
-    if (litKey === "") lightSurface(gl, pens, metering, all, angles);
-    for (const surface of [small, large]) lightSurface(gl, pens, surface, lights, angles);
-    litKey = lit;
-  }
+  if (redrawn) lightSurface(gl, pens, metering, all, opaque);
   // While the object rotates, the lit cells would be outdated before they are known.
   const learning =
     !sceneStore.draggedPose.value &&
@@ -342,7 +316,7 @@ function frame(now) {
     unknown ? "" : shade,
   ]);
   if (!sceneStore.draggedPose.value && lightsKey !== meteredKey) {
-    lightSurface(gl, pens, metering, all, angles);
+    lightSurface(gl, pens, metering, all, opaque);
     cache.remeter(gl);
     draftMaterial.remeter(gl);
     meteredKey = lightsKey;
@@ -379,7 +353,7 @@ function frame(now) {
   const shared = {
     key: JSON.stringify([key, unknown ? "" : shade, materialsOf(scene)]),
     lightsAt: (/** @type {number} */ at) => normalizedLights(lightsAt(at), strength),
-    angles,
+    shadows: opaque,
   };
   const follows = sceneStore.draggedPose.value !== null || sceneStore.draggedScene.value !== null;
   const wait = () => {
@@ -391,76 +365,27 @@ function frame(now) {
   if (hasOthers(scene) && !beside) return wait();
   // All frames have one light: none is drawn under a moved light before all can be.
   if (isLightMoved() && materials.length < layout.squares.filter(mayBeDrawn).length) return wait();
-  /** @param {Cell} cell */
-  const surfaceOf = (cell) => (cell === "centre" ? large : small);
-  const shown = materials.map((one) => ({ ...one, side: surfaceOf(one.cell).side }));
-  const glass = clear.prepare(gl, { scene, confirmed, slots: lights.length }, shown);
+  const sized = materials.map((one) => ({ ...one, side: (one.cell === "centre" ? large : small).side }));
+  const glass = clear.prepare(gl, { scene, confirmed, slots: lights.length }, sized);
   if (!glass) return wait();
-  for (const { cell, material } of materials)
-    if (material.spheres) drawSurroundings(gl, pens, surfaceOf(cell), material.spheres);
-  for (const surface of [small, large, metering]) {
-    const seen = materials.filter(({ cell }) => surfaceOf(cell) === surface);
-    keepSurroundings(gl, surface, new Set(seen.map(({ material }) => material.spheres)));
-  }
-  /** @param {Surface} surface @param {PaintLight[]} under */
-  const paintOf = (surface, under) =>
-    painted.prepare(
-      gl,
-      surface,
-      { key, mesh: parts[surface.part], view },
-      { key: JSON.stringify([under, unknown ? "" : shade]), lights: under, angles },
-    );
-  if (paintLights)
-    for (const { cell, material } of materials)
-      if (material.painted) paintOf(surfaceOf(cell), paintLights);
-  /** @param {Cell} cell */
-  const surfacesOf = (cell) => (cell === "centre" ? tools.large : tools.small);
-  const light = paintLights && {
-    key: JSON.stringify([shared.key, degrees, all]),
-    lights: shared.lightsAt(degrees),
-    angles,
-    paint: (/** @type {Surface} */ surface) => paintOf(surface, paintLights),
-    paintLights,
-  };
-  if (beside && light) {
-    for (const surfaces of new Set(materials.map(({ cell }) => surfacesOf(cell))))
-      if (!others.shade(gl, tools, surfaces, beside.materials, light)) return showLive(new Set());
-  }
-  const decided = beside?.gains?.gainAt(degrees) ?? null;
-  const tone = toneNumber(scene.film.tone);
-  for (const { cell, material } of materials) {
-    const ends = glass.get(cell);
-    const gain = strength * gainOf(scene, material, strength, decided);
-    const film = { scene, picture: picture.held, gain, tone };
-    if (ends && light)
-      clear.shade(gl, { pens, dark, painted }, ends, beside?.materials ?? [], light, film);
-  }
-  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-  gl.disable(gl.SCISSOR_TEST);
-  gl.clearColor(0, 0, 0, 0);
-  gl.clear(gl.COLOR_BUFFER_BIT);
-  for (const { cell, corner, material } of materials) {
-    const surface = surfaceOf(cell);
-    const where = {
-      corner,
-      gain: gainOf(scene, material, strength, decided),
-      tone,
-      marks: pageStore.clippingShown.value,
-      adds: beside !== null,
-    };
-    if (beside) {
-      others.copy(gl, surfacesOf(cell), { ...where, gain: where.gain * strength });
-      gl.enable(gl.BLEND);
-      gl.blendFunc(gl.ONE, gl.ONE);
-    }
-    if (material.painted && paintLights) {
-      const how = { paint: paintOf(surface, paintLights), lights: paintLights, corner };
-      drawPainted(gl, material.linked, surface, { ...how, ends: glass.get(cell) });
-    } else drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
-    gl.disable(gl.BLEND);
-    const behind = { spheres: material.spheres, picture: picture.held };
-    drawBackdrop(gl, backdrop, scene, behind, { ...where, side: surface.side });
-  }
+  const isDrawn = frames.draw(gl, tools, materials, {
+    scene,
+    seen: { key, view, parts },
+    lit: {
+      key: JSON.stringify([shared.key, degrees, all, paintLights]),
+      lights,
+      strength,
+      shared: shared.lightsAt(degrees),
+      paintLights,
+      shadowsOf: (passed) => shadows.of(gl, shade, passed),
+    },
+    beside,
+    glass,
+    picture: picture.held,
+    degrees,
+    marks: pageStore.clippingShown.value,
+  });
+  if (!isDrawn) return showLive(new Set());
   const cells = new Set(materials.map(({ cell }) => cell));
   showLive(cells);
   // The light of a resting frame is that of its picture, and needs no dot.

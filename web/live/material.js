@@ -9,7 +9,7 @@
  */
 import { DEVELOPED, FILM } from "./film.js";
 import { drawLitCells } from "./lit_cells.js";
-import { indexOf, paintedFragment } from "./paint.js";
+import { indexOf, paintedFragment, passedOf } from "./paint.js";
 import {
   OUTLINED, deleteProgram, isLinked, link, linkError, linkNow, read, uniformLocation,
 } from "./program.js";
@@ -101,12 +101,12 @@ void main() {
 export const isStyle = (source) => source.includes("vec3 styled(");
 
 /**
- * @typedef {{linked: Linked, painted: boolean, index: number|null, bumps: boolean, metered:
- *   boolean, lights: number, spheres: Spheres|null, state:
+ * @typedef {{linked: Linked, painted: boolean, index: number|null, passed: number, bumps:
+ *   boolean, metered: boolean, lights: number, spheres: Spheres|null, state:
  *   "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number, fence: WebGLSync|null,
  *   pixels: WebGLBuffer|null}} Material
  *   `painted`: true if it has colours, not a BRDF. `index`: of refraction of a clear one, else
- *   null. `bumps`: true if it has some. `metered`: true if it has an exposure.
+ *   null. `passed`: share of light that passes through it. `bumps`: true if it has some. `metered`: true if it has an exposure.
  *   `spheres`: null without environments. `state`: the shader is being compiled, the exposure is
  *   being measured, done, or the driver rejected the shader. `drawable`: true from the first
  *   measurement on. `gain`: of automatic exposure. `fence`, `pixels`: of the measurement while it
@@ -140,6 +140,7 @@ export function makeMaterial(gl, source, lights, spheres, linear = false) {
     linked: link(gl, OUTLINED, text),
     painted,
     index: painted ? indexOf(source) : null,
+    passed: painted ? passedOf(source) : 0,
     bumps: hasBumps(source),
     metered: !(painted || linear),
     lights,

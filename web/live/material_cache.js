@@ -23,10 +23,10 @@ const FETCHES = 2;
 const AGAIN_MS = 5000;
 
 /**
- * @typedef {{source: string|null, within: number, lights: number, file: ArrayBuffer|null,
+ * @typedef {{source: string|null, isClear: boolean, within: number, lights: number, file: ArrayBuffer|null,
  *   environment: string, material: Material|null, fetching: boolean, failed: boolean, hasFailed:
  *   boolean, refused: boolean, used: number}}
- *   Entry `source`: GLSL; `within`, `lights`: bound on the texture coordinates, and number of
+ *   Entry `source`: GLSL; `isClear`: true if it is of a clear material; `within`, `lights`: bound on the texture coordinates, and number of
  *   lights of painted materials, for which it was generated;
  *   `file`: lit spheres in the environments of the key `environment`, which the material may not
  *   have yet; `failed`: the server refused
@@ -48,8 +48,6 @@ const ofIndividual = ({ id }) => `/v1/individuals/${id}/exports/glsl-es-300?`;
 /** True if an entry is known to be a painted material. @param {Entry} entry */
 const isPaintedEntry = ({ source }) => source !== null && isStyle(source);
 
-/** True if an entry is known to be a clear material. @param {Entry} entry */
-const isClearEntry = (entry) => isPaintedEntry(entry) && indexOf(entry.source ?? "") !== null;
 
 export class MaterialCache {
   /** @type {Map<string, Entry>} */
@@ -86,12 +84,18 @@ export class MaterialCache {
     return material?.drawable && fits && shows ? material : null;
   }
 
+  /** True if a clear material was wanted last. */
+  showsClear() {
+    const wanted = [...this.#entries.values()].filter(({ used }) => used === this.#clock);
+    return this.#clearing && wanted.some(({ isClear }) => isClear);
+  }
+
   /** True if a material can never be drawn. @param {Source} of */
   isUnknown(of) {
     const entry = this.#entries.get(of.hash);
     if (entry === undefined) return false;
     // What the rays of an object beside the subject see is not known.
-    if (this.#linear && isClearEntry(entry)) return true;
+    if (this.#linear && entry.isClear) return true;
     return entry.refused || entry.material?.state === "refused";
   }
 
@@ -99,7 +103,7 @@ export class MaterialCache {
   isRefused(of) {
     const entry = this.#entries.get(of.hash);
     if (entry && isPaintedEntry(entry) && this.#painting === 0) return true;
-    if (entry && isClearEntry(entry) && !this.#clearing) return true;
+    if (entry?.isClear && !this.#clearing) return true;
     return entry !== undefined && (entry.hasFailed || entry.material?.state === "refused");
   }
 
@@ -181,6 +185,7 @@ export class MaterialCache {
     /** @type {Entry} */
     const entry = {
       source: null,
+      isClear: false,
       within: 0,
       lights: 0,
       file: null,
@@ -213,6 +218,7 @@ export class MaterialCache {
       entry.source ??= await getText(
         `${this.#pathOf(of)}uv_within=${within}&lights=${entry.lights}`,
       );
+      entry.isClear = indexOf(entry.source) !== null;
       const sceneId = sceneStore.scene.peek()?.id;
       if (environment.key !== "" && sceneId && !isStyle(entry.source)) {
         entry.file = await getSpheres(of.id, sceneId, environment.turns);

@@ -10,6 +10,7 @@
  * @import { PaintLight } from "./paint_lights.js"
  * @import { Linked } from "./program.js"
  * @import { PointLight } from "./camera.js"
+ * @import { Shadows } from "./shadows.js"
  * @import { Surface, SurfacePrograms } from "./surface.js"
  * @import { Tools } from "./tools.js"
  */
@@ -52,7 +53,7 @@ void main() {
  *   show. `light`: of parts with BRDFs and of painted ones, linear, multiplied by coverage.
  *   `picture`: colours of the film.
  *
- * @typedef {{key: string, lights: PointLight[], angles: WebGLTexture, paint: (surface: Surface) =>
+ * @typedef {{key: string, lights: PointLight[], shadows: Shadows, paint: (surface: Surface) =>
  *   Paint, paintLights: PaintLight[]}} Light
  *   `key`: of everything that the light on the parts depends on; `lights`: of strengths near 1
  */
@@ -99,13 +100,13 @@ export class OtherParts {
    * @param {WebGL2RenderingContext} gl
    * @param {Scene} scene
    * @param {Tools} tools
-   * @param {{key: string, lightsAt: (degrees: number) => PointLight[], angles: WebGLTexture}} light
+   * @param {{key: string, lightsAt: (degrees: number) => PointLight[], shadows: Shadows}} light
    *   `key`: of the light at all angles; `lightsAt`: of strengths near 1
    * @param {boolean} follows true while something is dragged: the exposure may be a bit late
    * @returns {{materials: Material[], gains: GroundExposure|null, measures: boolean}|null} null if
    *   they are not ready
    */
-  prepare(gl, scene, { pens, dark, ground }, { key, lightsAt, angles }, follows) {
+  prepare(gl, scene, { pens, dark, ground }, { key, lightsAt, shadows }, follows) {
     const names = materialsOf(scene);
     const refused = names.filter((name) => this.#cache.isUnknown(sourceOf(name)));
     if (refused.length > 0)
@@ -119,7 +120,7 @@ export class OtherParts {
       this.#exposure.forget();
       return { materials, gains: null, measures: false };
     }
-    const of = { pens, dark, surface: ground[0], material: below, lightsAt, angles };
+    const of = { pens, dark, surface: ground[0], material: below, lightsAt, shadows };
     const own = JSON.stringify([key, lightsAt(0)]);
     const measures = this.#exposure.work(gl, own, of);
     const known = follows ? this.#exposure.known : this.#exposure.isOf(own);
@@ -135,7 +136,7 @@ export class OtherParts {
    * @param {Light} light
    * @returns {boolean} false if there was not enough memory
    */
-  shade(gl, { pens, dark }, surfaces, materials, { key, lights, angles, paint, paintLights }) {
+  shade(gl, { pens, dark }, surfaces, materials, { key, lights, shadows, paint, paintLights }) {
     const [subject, ...others] = surfaces;
     let held = this.#held.get(subject);
     if (!held) this.#held.set(subject, (held = makeHeld(gl, subject.side)));
@@ -143,7 +144,7 @@ export class OtherParts {
     if (held.shaded === key) return true;
     others.forEach((surface, index) => {
       if (materials[index].painted) paint(surface);
-      else lightSurface(gl, pens, surface, lights, angles);
+      else lightSurface(gl, pens, surface, lights, shadows);
     });
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(0, 0, 0, 0);

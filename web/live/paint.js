@@ -11,12 +11,13 @@
  * @import { Linked } from "./program.js"
  * @import { Mesh } from "./raster.js"
  * @import { Ends } from "./ray_ends.js"
+ * @import { Shadows } from "./shadows.js"
  * @import { Shaded, Surface } from "./surface.js"
  * @import { View } from "./camera.js"
  */
 import { CONE, bindCone } from "./cone.js";
 import { OUTLINED, linkNow, read, uniformLocation } from "./program.js";
-import { REACHED, angleOf } from "./shadows.js";
+import { REACHED, angleOf, bindShadows } from "./shadows.js";
 import { NEAREST_FOUND, drawWithin } from "./surface.js";
 import { OUTWARDS, VERTEX, bindView, drawMesh, drawsInto } from "./raster.js";
 import { texture } from "./texture.js";
@@ -148,11 +149,21 @@ void main() {
 const LINEAR = `
   code = mix(pow((code + 0.055) / 1.055, vec3(2.4)), code / 12.92, lessThanEqual(code, vec3(0.04045)));`;
 
-/** Index of refraction in exported code; null without glass. @param {string} styled */
-export function indexOf(styled) {
-  const found = /^const float STYLED_INDEX = ([\d.]+);$/m.exec(styled);
+/**
+ * Constant of a clear material in exported code; null without glass.
+ * @param {string} styled
+ * @param {"INDEX"|"PASSED"} name
+ */
+function constantOf(styled, name) {
+  const found = new RegExp(`^const float STYLED_${name} = ([\\d.]+);$`, "m").exec(styled);
   return found ? Number(found[1]) : null;
 }
+
+/** Index of refraction of exported code; null without glass. @param {string} styled */
+export const indexOf = (styled) => constantOf(styled, "INDEX");
+
+/** Share of light that passes through a body of exported code. @param {string} styled */
+export const passedOf = (styled) => constantOf(styled, "PASSED") ?? 0;
 
 /** GLSL: `StyledGlass` of a pixel, from the colours at the ends of its rays. */
 const SEEN = `
@@ -244,10 +255,10 @@ export class PaintedSurfaces {
    * @param {WebGL2RenderingContext} gl
    * @param {Surface} surface
    * @param {{key: string, mesh: Mesh, view: View}} shown
-   * @param {{key: string, lights: PaintLight[], angles: WebGLTexture}} lit
+   * @param {{key: string, lights: PaintLight[], shadows: Shadows}} lit
    * @returns {Paint}
    */
-  prepare(gl, surface, { key, mesh, view }, { key: litKey, lights, angles }) {
+  prepare(gl, surface, { key, mesh, view }, { key: litKey, lights, shadows }) {
     const pens = this.#linked(gl);
     let paint = this.#held.get(surface);
     if (paint && paint.slots < lights.length) {
@@ -267,7 +278,7 @@ export class PaintedSurfaces {
     if (paint.lit !== litKey) {
       const [, , framebuffer] = paint.framebuffers;
       const { changes } = paint;
-      drawLights(gl, pens.lit, { framebuffer, changes, view }, surface, { lights, angles });
+      drawLights(gl, pens.lit, { framebuffer, changes, view }, surface, { lights, shadows });
       paint.lit = litKey;
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -278,15 +289,15 @@ export class PaintedSurfaces {
    * Brings what painted materials read at the ends of rays up to date.
    * @param {WebGL2RenderingContext} gl
    * @param {Ends} ends
-   * @param {{key: string, paintLights: PaintLight[], angles: WebGLTexture}} light
+   * @param {{key: string, paintLights: PaintLight[], shadows: Shadows}} light
    * @returns {Seen}
    */
-  lightEnds(gl, { all, paint }, { key, paintLights: lights, angles }) {
+  lightEnds(gl, { all, paint }, { key, paintLights: lights, shadows }) {
     if (paint.lit !== key) {
       this.#still ??= texture(gl, gl.RGBA16F, 1);
       const changes = [this.#still, this.#still, this.#still];
       const { framebuffer } = paint;
-      drawLights(gl, this.#linked(gl).lit, { framebuffer, changes, view: null }, all, { lights, angles });
+      drawLights(gl, this.#linked(gl).lit, { framebuffer, changes, view: null }, all, { lights, shadows });
       paint.lit = key;
     }
     return paint;
@@ -384,14 +395,15 @@ function drawStanding(gl, pen, into, surface, view) {
  * @param {{framebuffer: WebGLFramebuffer, changes: WebGLTexture[], view: View|null}} into `view`:
  *   null at the ends of rays
  * @param {Shaded} surface
- * @param {{lights: PaintLight[], angles: WebGLTexture}} lit
+ * @param {{lights: PaintLight[], shadows: Shadows}} lit
  */
-function drawLights(gl, pen, { framebuffer, changes, view }, surface, { lights, angles }) {
+function drawLights(gl, pen, { framebuffer, changes, view }, surface, { lights, shadows }) {
   const [low, middle, high] = changes;
   const [point, normal, tangent] = surface.found;
   const { side, seen } = surface;
   gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-  read(gl, pen, { point, normal, tangent, seen, low, middle, high, angles });
+  read(gl, pen, { point, normal, tangent, seen, low, middle, high, angles: shadows.angles });
+  bindShadows(gl, pen, shadows);
   if (view) bindView(gl, pen, view);
   gl.uniform1i(uniformLocation(gl, pen, "ends"), view ? 0 : 1);
   gl.uniform1i(uniformLocation(gl, pen, "side"), side);

@@ -4,17 +4,18 @@
  * part are a surface like those that the camera sees, with a point in each pixel.
  *
  * @import { Scene } from "../model.js"
+ * @import { Shadows } from "./shadows.js"
  * @import { Shaded } from "./surface.js"
  */
 import { getBytes } from "../api/request.js";
 import { drawsInto, areComplete } from "./raster.js";
-import { placesKey } from "./shadows.js";
+import { NO_SHADOWS, makeTexture, placesKey, shadowKey } from "./shadows.js";
 import { dropWithin, makeWithin } from "./surface.js";
 import { texture } from "./texture.js";
 
 const MAGIC = "broodend";
 /** Number of bytes before the numbers of rows. */
-const HEAD_BYTES = 24;
+const HEAD_BYTES = 28;
 /** Largest side that is requested; larger pictures read the nearest pixel. */
 const LARGEST_SIDE = 640;
 /** Delay before a request is repeated that failed. */
@@ -24,12 +25,14 @@ const KEPT = 14;
 
 /**
  * @typedef {{pixels: number, numbers: WebGLTexture, lengths: WebGLTexture, side: number, whole:
- *   boolean, all: Shaded, parts: Shaded[], paint: EndPaint, lit: WebGLTexture[], framebuffers:
- *   WebGLFramebuffer[], colors: WebGLTexture, colorFramebuffer: WebGLFramebuffer, shaded: string,
- *   developed: string, used: number}} Ends
+ *   boolean, all: Shaded, parts: Shaded[], paint: EndPaint, angles: WebGLTexture, shadowsOf: (passed:
+ *   number) => Shadows, lit: WebGLTexture[], framebuffers: WebGLFramebuffer[], colors:
+ *   WebGLTexture, colorFramebuffer: WebGLFramebuffer, shaded: string, developed: string, used:
+ *   number}} Ends
  *   `pixels`: side of the picture. `numbers`, `lengths`: of the rays of each pixel. `side`: of the
  *   textures with an end in each texel. `whole`: false if there was not enough memory. `all`: all
- *   ends; `parts`: those on the subject, the other objects, the ground, and behind all. `lit`:
+ *   ends; `parts`: those on the subject, the other objects, the ground, and behind all. `angles`:
+ *   at which lights reach ends. `lit`:
  *   light of parts with BRDFs and of painted ones, linear. `colors`: colours of the film. `shaded`,
  *   `developed`: keys of what these show. `used`: time of the last use.
  *
@@ -38,7 +41,7 @@ const KEPT = 14;
  */
 
 /** Identity of what ends depend on besides the index of refraction. @param {Scene} scene */
-export const endsKey = (scene) => JSON.stringify(placesKey(scene));
+export const endsKey = (scene) => JSON.stringify([placesKey(scene), shadowKey(scene)]);
 
 /**
  * Reads the head of a file of ray ends, and its blocks.
@@ -47,7 +50,9 @@ export const endsKey = (scene) => JSON.stringify(placesKey(scene));
 export function readRayEnds(bytes) {
   const file = new DataView(bytes);
   const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
-  const [version, pixels, side, parts] = [8, 12, 16, 20].map((at) => file.getUint32(at, true));
+  const [version, pixels, side, parts, sets] = [8, 12, 16, 20, 24].map((at) =>
+    file.getUint32(at, true),
+  );
   if (magic !== MAGIC || version !== 1)
     throw new Error("the ray ends are of another version than the page");
   const rows = Array.from({ length: parts }, (_, k) => file.getUint32(HEAD_BYTES + 4 * k, true));
@@ -70,6 +75,7 @@ export function readRayEnds(bytes) {
     seen: block(Uint16Array, 2, ends),
     normals: block(Uint16Array, 2, ends),
     tangents: block(Uint16Array, 2, ends),
+    angles: Array.from({ length: sets }, () => block(Uint32Array, 4, ends)),
   };
 }
 
@@ -96,7 +102,9 @@ export class RayEnds {
    */
   of(gl, { key, sceneId }, { index, side, slots }) {
     this.#clock += 1;
-    const pixels = Math.max(16, Math.min(side, LARGEST_SIDE));
+    // Each set of angles has its part of a texture, whose side is at most sqrt(3) times the pixels.
+    const most = Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / (2 * slots * 1.8));
+    const pixels = Math.max(16, Math.min(side, LARGEST_SIDE, most));
     const own = JSON.stringify([key, index, pixels, slots]);
     const held = this.#held.get(own);
     if (held) {
@@ -187,6 +195,13 @@ function makeEnds(gl, file, slots, used) {
     return makeWithin(gl, new Float32Array([-1, low, 1, low, -1, high, -1, high, 1, low, 1, high]));
   };
   let first = 0;
+  const sets = file.angles.length;
+  const angles =
+    sets === 0 ? makeTexture(gl, 1, 1, NO_SHADOWS) : texture(gl, gl.RGBA32UI, side, side * sets);
+  file.angles.forEach((set, k) => {
+    const [format, type] = [gl.RGBA_INTEGER, gl.UNSIGNED_INT];
+    if (filled > 0) gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, k * side, side, filled, format, type, set);
+  });
   const parts = rows.map((count) => {
     const own = { ...shared, within: within(first, count) };
     first += count;
@@ -210,6 +225,9 @@ function makeEnds(gl, file, slots, used) {
     all: { ...shared, within: within(0, filled) },
     parts,
     paint,
+    angles,
+    shadowsOf: (passed) =>
+      sets === 0 ? { angles, clear: 0, passed: 0 } : { angles, clear: sets / 2, passed },
     lit: light,
     framebuffers,
     colors,
@@ -226,7 +244,7 @@ function dropEnds(gl, of) {
   const { own, cosines, arriving } = paint;
   for (const made of [...all.found, all.seen, all.lit, ...lit, own, cosines, arriving])
     gl.deleteTexture(made);
-  for (const made of [numbers, lengths, colors]) gl.deleteTexture(made);
+  for (const made of [numbers, lengths, colors, of.angles]) gl.deleteTexture(made);
   const framebuffers = [all.litFramebuffer, paint.framebuffer, ...of.framebuffers];
   for (const made of [...framebuffers, of.colorFramebuffer]) gl.deleteFramebuffer(made);
   for (const { within } of [all, ...parts]) dropWithin(gl, within);

@@ -4,8 +4,10 @@
  * lights.
  *
  * @import { Scene } from "../model.js"
+ * @import { Linked } from "./program.js"
  */
 import { getBytes } from "../api/request.js";
+import { uniformLocation } from "./program.js";
 import { texture } from "./texture.js";
 
 const MAGIC = "broodang";
@@ -15,30 +17,41 @@ const HEAD_BYTES = 20;
 const ANGLES = 65_535;
 /** Angles of a pixel and a light, 16 bits each. */
 const TOGGLES = 8;
+/** Angles of a light that always shines. */
+export const NO_SHADOWS = new Uint32Array([0xffff_0000, ~0, ~0, ~0]);
 /** Largest side the server takes; larger pictures read the nearest pixel. */
 const LARGEST_SIDE = 1024;
 /** Delay before a request is repeated that failed. */
 const AGAIN_MS = 5000;
 
-/** GLSL: true if a light reaches a pixel. A texture of one pixel serves all. */
+/**
+ * GLSL: the share of a light that reaches a pixel, where a share `passed` goes through the subject.
+ * A texture of one pixel serves all.
+ */
 export const REACHED = `
 uniform highp usampler2D angles;
 uniform uint angle;
 uniform int side;
 uniform int numbered;
-bool reached_at(ivec2 at) {
+uniform int clear;
+uniform float passed;
+bool is_lit(ivec2 at, int light) {
   ivec2 size = textureSize(angles, 0);
-  uvec4 pairs = texelFetch(angles, min(at + ivec2(0, numbered * size.x), size - 1), 0);
-  uvec4 passed = uvec4(lessThanEqual(pairs & 0xFFFFu, uvec4(angle)))
+  uvec4 pairs = texelFetch(angles, min(at + ivec2(0, light * size.x), size - 1), 0);
+  uvec4 before = uvec4(lessThanEqual(pairs & 0xFFFFu, uvec4(angle)))
     + uvec4(lessThanEqual(pairs >> 16, uvec4(angle)));
-  return ((passed.x + passed.y + passed.z + passed.w) & 1u) == 1u;
+  return ((before.x + before.y + before.z + before.w) & 1u) == 1u;
+}
+float reached_at(ivec2 at) {
+  float through = passed > 0.0 && is_lit(at, numbered + clear) ? passed : 0.0;
+  return is_lit(at, numbered) ? 1.0 : through;
 }
 // The pixel of a shading point, as the geometry buffer has it.
 ivec2 point_of(ivec2 here, float step) {
   int all = int(step) + 4;
   return here + ivec2(all % 3, all / 3) - 1;
 }
-bool reached(ivec2 here) {
+float reached(ivec2 here) {
   int size = textureSize(angles, 0).x;
   return reached_at((2 * here + 1) * size / (2 * side));
 }
@@ -50,7 +63,7 @@ float reached_share(ivec2 here) {
   for (int k = 0; k < across * across; k++) {
     ivec2 at = here * across + ivec2(k % across, k / across);
     at = (2 * at + 1) * size / (2 * side * across);
-    sum += reached_at(at) ? 1.0 : 0.0;
+    sum += reached_at(at);
   }
   return sum / float(across * across);
 }`;
@@ -95,9 +108,25 @@ export function readAngles(bytes) {
   return { side, lights, pairs };
 }
 
+/**
+ * @typedef {{angles: WebGLTexture, clear: number, passed: number}} Shadows `clear`: number of lights
+ *   before those that shine through the subject; `passed`: share of light that passes there
+ */
+
+/**
+ * Sets the uniforms of shadows; their texture is read as `angles`.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked} pen
+ * @param {Shadows} shadows
+ */
+export function bindShadows(gl, pen, { clear, passed }) {
+  gl.uniform1i(uniformLocation(gl, pen, "clear"), clear);
+  gl.uniform1f(uniformLocation(gl, pen, "passed"), passed);
+}
+
 /** Texture of the angles of the scene, and one that stands for none. */
 export class ShadowTexture {
-  /** @type {{key: string, texture: WebGLTexture}|null} */
+  /** @type {{key: string, isClear: boolean, lights: number, texture: WebGLTexture}|null} */
   #held = null;
   /** @type {WebGLTexture|null} */
   #none = null;
@@ -111,29 +140,41 @@ export class ShadowTexture {
   }
 
   /**
-   * The angles of these shadows; those without shadows while they are not there.
+   * These shadows; none while they are not there.
    * @param {WebGL2RenderingContext} gl
    * @param {string} key
+   * @param {number} passed share of light that passes through the subject
+   * @returns {Shadows}
    */
-  texture(gl, key) {
-    this.#none ??= makeTexture(gl, 1, 1, new Uint32Array([0xffff_0000, ~0, ~0, ~0]));
-    return this.#held?.key === key ? this.#held.texture : this.#none;
+  of(gl, key, passed) {
+    this.#none ??= makeTexture(gl, 1, 1, NO_SHADOWS);
+    const held = this.#held?.key === key ? this.#held : null;
+    if (!held?.isClear) return { angles: held?.texture ?? this.#none, clear: 0, passed: 0 };
+    return { angles: held.texture, clear: held.lights / 2, passed };
   }
 
-  /** True if the angles of these shadows are there. @param {string} key */
-  has(key) {
-    return key === "" || this.#held?.key === key;
+  /**
+   * True if the angles of these shadows are there.
+   * @param {string} key
+   * @param {boolean} isClear true for those through the subject as well
+   */
+  has(key, isClear) {
+    return key === "" || (this.#held?.key === key && (this.#held.isClear || !isClear));
   }
 
   /**
    * Requests the angles of a scene, unless they are there or on their way.
    * @param {WebGL2RenderingContext} gl
-   * @param {{key: string, sceneId: string, side: number}} of
+   * @param {{key: string, sceneId: string, side: number, isClear: boolean}} of
    */
-  request(gl, { key, sceneId, side }) {
-    if (this.has(key) || this.#loading === key) return;
-    this.#loading = key;
-    void this.#load(gl, key, `/v1/scenes/${sceneId}/lit-angles?side=${Math.min(side, LARGEST_SIDE)}`);
+  request(gl, { key, sceneId, side, isClear }) {
+    const loading = JSON.stringify([key, isClear]);
+    if (this.has(key, isClear) || this.#loading === loading) return;
+    this.#loading = loading;
+    // A texture holds both kinds of angles of eight lights.
+    const most = Math.min(LARGEST_SIDE, gl.getParameter(gl.MAX_TEXTURE_SIZE) / (isClear ? 16 : 8));
+    const path = `/v1/scenes/${sceneId}/lit-angles?side=${Math.min(side, most)}&clear=${isClear}`;
+    void this.#load(gl, { key, isClear, loading, path });
   }
 
   /** Forgets the textures of a lost context. */
@@ -144,21 +185,21 @@ export class ShadowTexture {
 
   /**
    * @param {WebGL2RenderingContext} gl
-   * @param {string} key
-   * @param {string} path
+   * @param {{key: string, isClear: boolean, loading: string, path: string}} of
    */
-  async #load(gl, key, path) {
+  async #load(gl, { key, isClear, loading, path }) {
     try {
       const { side, lights, pairs } = readAngles(await getBytes(path));
-      if (this.#loading === key && !gl.isContextLost()) {
+      if (this.#loading === loading && !gl.isContextLost()) {
         if (this.#held) gl.deleteTexture(this.#held.texture);
-        this.#held = { key, texture: makeTexture(gl, side, side * lights, pairs) };
+        const made = makeTexture(gl, side, side * lights, pairs);
+        this.#held = { key, isClear, lights, texture: made };
       }
     } catch {
       // The server's pictures stay visible meanwhile.
       await new Promise((done) => setTimeout(done, AGAIN_MS));
     }
-    if (this.#loading === key) this.#loading = "";
+    if (this.#loading === loading) this.#loading = "";
     this.#changed();
   }
 }
@@ -169,7 +210,7 @@ export class ShadowTexture {
  * @param {number} height
  * @param {Uint32Array} pairs
  */
-function makeTexture(gl, width, height, pairs) {
+export function makeTexture(gl, width, height, pairs) {
   const made = texture(gl, gl.RGBA32UI, width, height);
   gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, pairs);
   return made;

@@ -16,6 +16,7 @@
  * @import { Linked } from "./program.js"
  * @import { Mesh, Raster, RasterPrograms } from "./raster.js"
  * @import { PointLight, View } from "./camera.js"
+ * @import { Shadows } from "./shadows.js"
  * @import { Spheres } from "./spheres.js"
  */
 import { CONE, bindCone } from "./cone.js";
@@ -26,7 +27,7 @@ import {
   areComplete, bindView, coverageOf, drawRaster, drawsInto, dropRaster, linkRasterPrograms,
   makeRaster,
 } from "./raster.js";
-import { REACHED, angleOf } from "./shadows.js";
+import { REACHED, angleOf, bindShadows } from "./shadows.js";
 import { PLACES, SURROUNDINGS, TURNED_PLACES } from "./spheres.js";
 import { viewFrom } from "./stage.js";
 import { texture } from "./texture.js";
@@ -112,7 +113,8 @@ void main() {
   float squared = dot(towards, towards);
   vec3 wi = towards * inversesqrt(squared);
   float cos_i = dot(wi, n.xyz);
-  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 && reached(point_of(here, u.w)) ? p.w * in_cone(wi) * cos_i / squared : 0.0, n.w);
+  float share = reached(point_of(here, u.w));
+  result = vec4(dot(wi, x), dot(wi, cross(n.xyz, x)), cos_i > 0.0 && share > 0.0 ? share * p.w * in_cone(wi) * cos_i / squared : 0.0, n.w);
 }`;
 
 /**
@@ -291,12 +293,13 @@ export function drawSurfaces(gl, pens, into, meshes, view) {
  * @param {SurfacePrograms} pens
  * @param {Shaded} into
  * @param {PointLight[]} lights no more than there are slots
- * @param {WebGLTexture} angles at which they reach the surface
+ * @param {Shadows} shadows
  */
-export function lightSurface(gl, pens, into, lights, angles) {
+export function lightSurface(gl, pens, into, lights, shadows) {
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
   const [point, normal, tangent] = into.found;
-  read(gl, pens.lit, { point, normal, tangent, angles });
+  read(gl, pens.lit, { point, normal, tangent, angles: shadows.angles });
+  bindShadows(gl, pens.lit, shadows);
   gl.uniform1i(uniformLocation(gl, pens.lit, "side"), into.side);
   lights.forEach((light, slot) => {
     gl.viewport(0, slot * into.side, into.side, into.side);

@@ -74,12 +74,6 @@ impl LoadedAssets {
     }
 }
 
-/// Returns the share of light that a material lets pass into shadows, in steps of one eighth, so
-/// that similar materials share samples.
-pub(crate) fn clearness(program: &Program) -> f64 {
-    program.glass().map_or(0.0, |glass| (8.0 * glass.scalar("strength")).round() / 8.0)
-}
-
 /// Scene, mesh and light assets with their common cache key.
 #[derive(Clone)]
 pub(crate) struct SceneView<'a> {
@@ -174,7 +168,7 @@ impl<'a> SceneView<'a> {
     pub(crate) fn with_subject(&self, program: &Program) -> Self {
         let mut shares = self.stage.clear().to_vec();
         shares.resize(self.parts(), 0.0);
-        shares[0] = clearness(program);
+        shares[0] = program.clearness();
         self.with_clear(&shares)
     }
 

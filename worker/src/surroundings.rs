@@ -11,7 +11,7 @@ use brood_scene::{Exposure, Film, MeshRef, PictureSize, PixelArea, Sampling, Sce
 use crate::error::RenderError;
 use crate::evaluated_picture::EvaluatedPicture;
 use crate::renderer::Renderer;
-use crate::scene_view::{LoadedMesh, Raster, SceneView, clearness};
+use crate::scene_view::{LoadedMesh, Raster, SceneView};
 use crate::shot::Shot;
 
 /// Longer side of the pictures in which the exposure of a ground is measured, pixels.
@@ -153,7 +153,7 @@ impl Renderer {
     /// Returns the share of light that passes through each part of a scene, with an opaque
     /// subject.
     pub(crate) fn clear_shares(&self, frame: &Frame) -> Result<Vec<f64>, RenderError> {
-        let object = |object: &ObjectSource| Ok(clearness(&*self.program(&object.words)?));
+        let object = |object: &ObjectSource| Ok(self.program(&object.words)?.clearness());
         std::iter::once(Ok(0.0)).chain(frame.objects.iter().map(object)).collect()
     }
 

@@ -157,14 +157,14 @@ fn head(style: &Program, program: &Program, format: Format, (uv, lights): (f32, 
         true => "",
         false => "// Reads neither tangents nor texture coordinates: pass any.\n",
     };
-    let index = style.glass().and_then(Effect::index_of_refraction);
-    let rays = index.map_or_else(String::new, |_| rays(program));
-    let index = index.map_or_else(String::new, |index| index_line(index, format));
+    let glass = style.glass();
+    let rays = glass.map_or_else(String::new, |_| rays(program));
+    let constants = glass.map_or_else(String::new, |glass| constants(style, glass, format));
     let numbered = if lights == 1 { "1 light".to_owned() } else { format!("{lights} lights") };
     format!(
         "// A painted material bred by brood, in {numbered}: colours of a display, not a BRDF.\n\
          // styled_point and styled_light are for fragment shaders; others fill the structures.\n\
-         {unread}{rays}// Style {}, {} operations. {}.\n{}{index}",
+         {unread}{rays}// Style {}, {} operations. {}.\n{}{constants}",
         style.hash(),
         program.operations(),
         format.label(),
@@ -172,15 +172,21 @@ fn head(style: &Program, program: &Program, format: Format, (uv, lights): (f32, 
     )
 }
 
-/// Constant that renderers trace the rays of a clear body with.
-fn index_line(index: f64, format: Format) -> String {
-    let declaration = match format {
-        Format::GlslEs300 | Format::Glsl410 => "const float STYLED_INDEX",
-        Format::Wgsl | Format::Mtoon => "const STYLED_INDEX: f32",
+/// Constants that renderers trace the rays and shadows of a clear body with.
+fn constants(style: &Program, glass: &Effect, format: Format) -> String {
+    let index = glass.index_of_refraction().expect("glass has an index of refraction");
+    let declared = |name: &str, value: f64| match format {
+        Format::GlslEs300 | Format::Glsl410 => format!("const float {name} = {value:?};\n"),
+        Format::Wgsl | Format::Mtoon => format!("const {name}: f32 = {value:?};\n"),
     };
-    format!(
-        "// Index of refraction of the body, relative to its surroundings.\n{declaration} = {index:?};\n\n"
-    )
+    [
+        "// Index of refraction of the body, relative to its surroundings.\n",
+        &declared("STYLED_INDEX", index),
+        "// Share of light that passes through the body into its shadow.\n",
+        &declared("STYLED_PASSED", style.clearness()),
+        "\n",
+    ]
+    .concat()
 }
 
 /// Lines on the rays of a clear body.
@@ -245,6 +251,7 @@ mod tests {
         let text = printed(GLASS, Format::GlslEs300, 2);
         let parts = [
             "const float STYLED_INDEX = 1.33;\n",
+            "const float STYLED_PASSED = 1.0;\n",
             "  vec3 way_1;\n  float way_1_length;\n  float way_0_share;\n};",
             "vec3 styled_body_program(float cosine_0",
             "vec3 styled_body(StyledPoint at, StyledLight[2] lights) {",

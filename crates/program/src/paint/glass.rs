@@ -25,6 +25,13 @@ impl Program {
         glass.filter(|effect| effect.scalar("strength") > 0.0)
     }
 
+    /// Returns the share of light that passes through a body of this material into shadows, in steps
+    /// of one eighth, so that similar materials share samples; 0 if it is opaque.
+    #[must_use]
+    pub fn clearness(&self) -> f64 {
+        self.glass().map_or(0.0, |glass| (8.0 * glass.scalar("strength")).round() / 8.0)
+    }
+
     /// Returns the style without its glass effect. Other programs are returned as they are.
     #[must_use]
     pub fn without_glass(&self) -> Self {
