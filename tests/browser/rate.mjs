@@ -1,13 +1,14 @@
 // Measures frames per second of live drawing, 21 materials under the circling light, and how many
 // exported programs keep their bits, in headless Chromium: `node tests/browser/rate.mjs [--angle
 // NAME] [--hardware] [--side PX] [--seconds S] [--objects NAME,...] [--environment NAME]
-// [--shadows] [--ground] [--preset NAME] [--seeds N,...] [--programs N]`, with $BROOD_BIN and $CHROMIUM as for the
-// journey. In an environment programs are isotropic and homogeneous. --ground puts the object on
-// the ground beside a golden ball. --preset draws children of a painted preset instead of random
-// programs. Without --angle the browser's software renderer draws; with it, the system's: gl-egl for OpenGL on a Linux machine without a screen, gl,
-// vulkan, metal or d3d11 elsewhere. This is a measurement and not a test: it prints one line of
-// JSON for each object and seed, and one for the exports. It fails only if --hardware is given and
-// software draws. `cargo xtask bench live` makes tables of the output.
+// [--shadows] [--ground] [--preset NAME] [--seeds N,...] [--programs N]`, with $BROOD_BIN and
+// $CHROMIUM as for the journey. In an environment programs are isotropic and homogeneous. --ground
+// puts the object on the ground beside a golden ball. --preset draws children of a painted preset
+// instead of random programs. Without --angle the browser's software renderer draws; with it, the
+// system's: gl-egl for OpenGL on a Linux machine without a screen, gl, vulkan, metal or d3d11
+// elsewhere. This is a measurement and not a test: it prints one line of JSON for each object and
+// seed, and one for the exports. It fails only if --hardware is given and software draws. `cargo
+// xtask bench live` makes tables of the output.
 
 import { parseArgs } from "node:util";
 import { chromium } from "playwright-core";

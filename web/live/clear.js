@@ -88,7 +88,8 @@ export class ClearBodies {
    * @param {{pens: SurfacePrograms, dark: Linked[], painted: PaintedSurfaces}} tools
    * @param {Ends} ends
    * @param {Material[]} materials of the other parts
-   * @param {Light & {passed: number}} light `passed`: share of light that passes through the subject
+   * @param {Light & {passed: number}} light `passed`: share of light that passes through the
+   * subject
    * @param {{scene: Scene, picture: Picture|null, gain: number, tone: number}} film `picture`: of
    *   the backdrop; `gain`: for the lights of `light`
    */

@@ -1,6 +1,6 @@
 /**
- * Drawing of the frames whose materials are ready. Frames through whose materials equally much light
- * passes share the light on all parts, and the pictures of the other parts.
+ * Drawing of the frames whose materials are ready. Frames through whose materials equally much
+ * light passes share the light on all parts, and the pictures of the other parts.
  *
  * @import { Cell, Scene } from "../model.js"
  * @import { Picture } from "./backdrop_picture.js"

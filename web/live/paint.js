@@ -17,7 +17,7 @@
  */
 import { CONE, bindCone } from "./cone.js";
 import { OUTLINED, linkNow, read, uniformLocation } from "./program.js";
-import { REACHED, angleOf, bindShadows } from "./shadows.js";
+import { angleOf, bindShadows, reaching } from "./shadows.js";
 import { NEAREST_FOUND, drawWithin } from "./surface.js";
 import { OUTWARDS, VERTEX, bindView, drawMesh, drawsInto } from "./raster.js";
 import { texture } from "./texture.js";
@@ -97,8 +97,9 @@ void main() {
 /**
  * Writes what a light is at each pixel; `light.w` is 0 for a direction. At the ends of rays, `seen`
  * has the eye, and nothing changes.
+ * @param {boolean} isClear true if light passes through the subject
  */
-const PAINT_LIT = `#version 300 es
+const paintLit = (isClear) => `#version 300 es
 precision highp float;
 precision highp sampler2D;
 uniform sampler2D point;
@@ -116,7 +117,7 @@ uniform vec3 forward;
 uniform bool parallel;
 layout(location = 0) out vec4 cosines;
 layout(location = 1) out vec4 arriving;
-${REACHED}
+${reaching(isClear)}
 ${CONE}
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
@@ -243,7 +244,7 @@ void main() {
  */
 
 export class PaintedSurfaces {
-  /** @type {{slopes: Linked, standing: Linked, lit: Linked}|null} */
+  /** @type {{slopes: Linked, standing: Linked, lit: Linked, litThrough: Linked|null}|null} */
   #pens = null;
   /** @type {Map<Surface, Paint>} */
   #held = new Map();
@@ -278,7 +279,8 @@ export class PaintedSurfaces {
     if (paint.lit !== litKey) {
       const [, , framebuffer] = paint.framebuffers;
       const { changes } = paint;
-      drawLights(gl, pens.lit, { framebuffer, changes, view }, surface, { lights, shadows });
+      const pen = this.#penFor(gl, shadows);
+      drawLights(gl, pen, { framebuffer, changes, view }, surface, { lights, shadows });
       paint.lit = litKey;
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -297,10 +299,17 @@ export class PaintedSurfaces {
       this.#still ??= texture(gl, gl.RGBA16F, 1);
       const changes = [this.#still, this.#still, this.#still];
       const { framebuffer } = paint;
-      drawLights(gl, this.#linked(gl).lit, { framebuffer, changes, view: null }, all, { lights, shadows });
+      const pen = this.#penFor(gl, shadows);
+      drawLights(gl, pen, { framebuffer, changes, view: null }, all, { lights, shadows });
       paint.lit = key;
     }
     return paint;
+  }
+
+  /** @param {WebGL2RenderingContext} gl @param {Shadows} shadows */
+  #penFor(gl, { passed }) {
+    const pens = this.#linked(gl);
+    return passed > 0 ? (pens.litThrough ??= linkNow(gl, OUTLINED, paintLit(true))) : pens.lit;
   }
 
   /** @param {WebGL2RenderingContext} gl */
@@ -308,7 +317,8 @@ export class PaintedSurfaces {
     this.#pens ??= {
       slopes: linkNow(gl, VERTEX, SLOPES),
       standing: linkNow(gl, OUTLINED, STANDING),
-      lit: linkNow(gl, OUTLINED, PAINT_LIT),
+      lit: linkNow(gl, OUTLINED, paintLit(false)),
+      litThrough: null,
     };
     return this.#pens;
   }

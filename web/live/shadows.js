@@ -24,17 +24,22 @@ const LARGEST_SIDE = 1024;
 /** Delay before a request is repeated that failed. */
 const AGAIN_MS = 5000;
 
+/** What light does that the subject hides, in GLSL. */
+const THROUGH = `
+uniform int clear;
+uniform float passed;
+float through(ivec2 at) { return is_lit(at, numbered + clear) ? passed : 0.0; }`;
+
 /**
- * GLSL: the share of a light that reaches a pixel, where a share `passed` goes through the subject.
- * A texture of one pixel serves all.
+ * GLSL: the share of a light that reaches a pixel. A texture of one pixel serves all.
+ * @param {boolean} isClear true if a share `passed` goes through the subject; software renderers
+ *   would run both sides of a branch
  */
-export const REACHED = `
+export const reaching = (isClear) => `
 uniform highp usampler2D angles;
 uniform uint angle;
 uniform int side;
 uniform int numbered;
-uniform int clear;
-uniform float passed;
 bool is_lit(ivec2 at, int light) {
   ivec2 size = textureSize(angles, 0);
   uvec4 pairs = texelFetch(angles, min(at + ivec2(0, light * size.x), size - 1), 0);
@@ -42,10 +47,8 @@ bool is_lit(ivec2 at, int light) {
     + uvec4(lessThanEqual(pairs >> 16, uvec4(angle)));
   return ((before.x + before.y + before.z + before.w) & 1u) == 1u;
 }
-float reached_at(ivec2 at) {
-  float through = passed > 0.0 && is_lit(at, numbered + clear) ? passed : 0.0;
-  return is_lit(at, numbered) ? 1.0 : through;
-}
+${isClear ? THROUGH : "float through(ivec2 at) { return 0.0; }"}
+float reached_at(ivec2 at) { return is_lit(at, numbered) ? 1.0 : through(at); }
 // The pixel of a shading point, as the geometry buffer has it.
 ivec2 point_of(ivec2 here, float step) {
   int all = int(step) + 4;
@@ -109,8 +112,8 @@ export function readAngles(bytes) {
 }
 
 /**
- * @typedef {{angles: WebGLTexture, clear: number, passed: number}} Shadows `clear`: number of lights
- *   before those that shine through the subject; `passed`: share of light that passes there
+ * @typedef {{angles: WebGLTexture, clear: number, passed: number}} Shadows `clear`: number of
+ * lights before those that shine through the subject; `passed`: share of light that passes there
  */
 
 /**
@@ -120,6 +123,7 @@ export function readAngles(bytes) {
  * @param {Shadows} shadows
  */
 export function bindShadows(gl, pen, { clear, passed }) {
+  if (passed === 0) return;
   gl.uniform1i(uniformLocation(gl, pen, "clear"), clear);
   gl.uniform1f(uniformLocation(gl, pen, "passed"), passed);
 }

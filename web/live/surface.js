@@ -27,7 +27,7 @@ import {
   areComplete, bindView, coverageOf, drawRaster, drawsInto, dropRaster, linkRasterPrograms,
   makeRaster,
 } from "./raster.js";
-import { REACHED, angleOf, bindShadows } from "./shadows.js";
+import { angleOf, bindShadows, reaching } from "./shadows.js";
 import { PLACES, SURROUNDINGS, TURNED_PLACES } from "./spheres.js";
 import { viewFrom } from "./stage.js";
 import { texture } from "./texture.js";
@@ -92,7 +92,8 @@ void main() {
   tangent = vec4(x.xyz, float(step.x + 3 * step.y));
 }`;
 
-const LIT = `#version 300 es
+/** @param {boolean} isClear true if light passes through the subject */
+const lit = (isClear) => `#version 300 es
 precision highp float;
 precision highp sampler2D;
 uniform sampler2D point;
@@ -101,7 +102,7 @@ uniform sampler2D tangent;
 uniform int base;
 uniform vec3 light;
 out vec4 result;
-${REACHED}
+${reaching(isClear)}
 ${CONE}
 void main() {
   ivec2 here = ivec2(gl_FragCoord.xy) - ivec2(0, base);
@@ -138,15 +139,17 @@ void main() {
  * @typedef {{texture: WebGLTexture, framebuffer: WebGLFramebuffer, known: boolean}} Surrounding
  *   `known`: false until it is drawn at the present places.
  *
- * @typedef {{raster: RasterPrograms, found: Linked, lit: Linked, places: Linked, turnedPlaces:
- *   Linked, surroundings: Linked}} SurfacePrograms
+ * @typedef {{raster: RasterPrograms, found: Linked, lit: Linked, litThrough: Linked|null, places:
+ *   Linked, turnedPlaces: Linked, surroundings: Linked}} SurfacePrograms `litThrough`: for light
+ *   that passes through the subject; null until it is needed
  */
 
 /** @param {WebGL2RenderingContext} gl @returns {SurfacePrograms} */
 export const linkSurfacePrograms = (gl) => ({
   raster: linkRasterPrograms(gl),
   found: linkNow(gl, EVERYWHERE, FOUND),
-  lit: linkNow(gl, OUTLINED, LIT),
+  lit: linkNow(gl, OUTLINED, lit(false)),
+  litThrough: null,
   places: linkNow(gl, OUTLINED, PLACES),
   turnedPlaces: linkNow(gl, OUTLINED, TURNED_PLACES),
   surroundings: linkNow(gl, OUTLINED, SURROUNDINGS),
@@ -296,18 +299,20 @@ export function drawSurfaces(gl, pens, into, meshes, view) {
  * @param {Shadows} shadows
  */
 export function lightSurface(gl, pens, into, lights, shadows) {
+  if (shadows.passed > 0) pens.litThrough ??= linkNow(gl, OUTLINED, lit(true));
+  const pen = (shadows.passed > 0 ? pens.litThrough : null) ?? pens.lit;
   gl.bindFramebuffer(gl.FRAMEBUFFER, into.litFramebuffer);
   const [point, normal, tangent] = into.found;
-  read(gl, pens.lit, { point, normal, tangent, angles: shadows.angles });
-  bindShadows(gl, pens.lit, shadows);
-  gl.uniform1i(uniformLocation(gl, pens.lit, "side"), into.side);
+  read(gl, pen, { point, normal, tangent, angles: shadows.angles });
+  bindShadows(gl, pen, shadows);
+  gl.uniform1i(uniformLocation(gl, pen, "side"), into.side);
   lights.forEach((light, slot) => {
     gl.viewport(0, slot * into.side, into.side, into.side);
-    gl.uniform1i(uniformLocation(gl, pens.lit, "base"), slot * into.side);
-    gl.uniform3fv(uniformLocation(gl, pens.lit, "light"), light.place);
-    bindCone(gl, pens.lit, light.cone);
-    gl.uniform1ui(uniformLocation(gl, pens.lit, "angle"), angleOf(light.degrees));
-    gl.uniform1i(uniformLocation(gl, pens.lit, "numbered"), light.index);
+    gl.uniform1i(uniformLocation(gl, pen, "base"), slot * into.side);
+    gl.uniform3fv(uniformLocation(gl, pen, "light"), light.place);
+    bindCone(gl, pen, light.cone);
+    gl.uniform1ui(uniformLocation(gl, pen, "angle"), angleOf(light.degrees));
+    gl.uniform1i(uniformLocation(gl, pen, "numbered"), light.index);
     drawWithin(gl, into);
   });
   gl.bindFramebuffer(gl.FRAMEBUFFER, null);

@@ -11,8 +11,8 @@ const HEAD: usize = 20;
 ///
 /// # Shapes
 /// Little-endian: the magic `broodang`, u32 version, u32 side of the picture in pixels, u32 lights
-/// (twice as many with both kinds of angles), then for each light the pixels row by row from the bottom, eight u16 each: the angles of
-/// [`LitAngles::toggles`], 65,535 where there are fewer.
+/// (twice as many with both kinds of angles), then for each light the pixels row by row from the
+/// bottom, eight u16 each: the angles of [`LitAngles::toggles`], 65,535 where there are fewer.
 #[must_use]
 pub fn encode_angles(angles: &LitAngles) -> Vec<u8> {
     let pixels = angles.side() * angles.side();

@@ -39,9 +39,9 @@ pub struct AnglesQuery {
 /// other lights.
 ///
 /// Little-endian: `broodang`, u32 version (1), u32 side, u32 lights (with `clear` twice as many),
-/// then for each light the pixels row by row from the bottom. A pixel is eight u16 in ascending order: the angles at which the
-/// light begins to reach the point and ceases in turn, in 1/65535 of a circle of `light_deg`; 65535
-/// where there are fewer.
+/// then for each light the pixels row by row from the bottom. A pixel is eight u16 in ascending
+/// order: the angles at which the light begins to reach the point and ceases in turn, in 1/65535 of
+/// a circle of `light_deg`; 65535 where there are fewer.
 #[utoipa::path(get, path = "/v1/scenes/{id}/lit-angles", tag = "scenes",
     params(("id" = SceneId, Path), AnglesQuery),
     responses((status = 200, content_type = "application/octet-stream"),

@@ -25,8 +25,8 @@ impl Program {
         glass.filter(|effect| effect.scalar("strength") > 0.0)
     }
 
-    /// Returns the share of light that passes through a body of this material into shadows, in steps
-    /// of one eighth, so that similar materials share samples; 0 if it is opaque.
+    /// Returns the share of light that passes through a body of this material into shadows, in
+    /// steps of one eighth, so that similar materials share samples; 0 if it is opaque.
     #[must_use]
     pub fn clearness(&self) -> f64 {
         self.glass().map_or(0.0, |glass| (8.0 * glass.scalar("strength")).round() / 8.0)

@@ -43,8 +43,8 @@ const TESTED: [u32; 2] = [64, 128];
 impl LitAngles {
     /// Traces the lights of a scene from the point in the middle of each pixel, as pictures with
     /// one sample a pixel do. The point is that of the nearest object. A pixel whose middle misses
-    /// all has the angles of one beside it. If parts of the stage are clear, all lights follow again
-    /// with the angles at which nothing but clear parts is between light and point.
+    /// all has the angles of one beside it. If parts of the stage are clear, all lights follow
+    /// again with the angles at which nothing but clear parts is between light and point.
     ///
     /// # Domain
     /// The scene has shadows, and all lights are point or directional lights; others are skipped.
@@ -220,8 +220,8 @@ impl Part<'_> {
 }
 
 impl Point<'_> {
-    /// Returns the angles at which a light begins to reach the point and ceases, without and through
-    /// clear parts. `circle` holds the tested angles with places of the light.
+    /// Returns the angles at which a light begins to reach the point and ceases, without and
+    /// through clear parts. `circle` holds the tested angles with places of the light.
     fn passages(&self, light: &Lamp<'_>, circle: &[(u32, Place)], stack: &mut Stack) -> Passages {
         let facing = self.facing(light, circle);
         let mut passed = |place: Place| {

@@ -60,8 +60,8 @@ pub struct RayEnd {
 
 impl RayEnds {
     /// Follows the rays of the subject with an index of refraction relative to its surroundings. A
-    /// pixel whose middle misses the subject has the rays of one beside it. In a scene with shadows,
-    /// finds at which angles of the light circle the lights reach each end.
+    /// pixel whose middle misses the subject has the rays of one beside it. In a scene with
+    /// shadows, finds at which angles of the light circle the lights reach each end.
     ///
     /// # Domain
     /// As [`SampleSet::ways_out`]; with shadows as [`LitAngles::trace`].
@@ -136,9 +136,9 @@ impl RayEnds {
         &self.parts
     }
 
-    /// Angles at which lights reach the ends: light after light, and with clear parts for both kinds
-    /// of angles in turn as in [`LitAngles::toggles`], those of the ends on each part. Empty without
-    /// shadows; behind all they mean nothing.
+    /// Angles at which lights reach the ends: light after light, and with clear parts for both
+    /// kinds of angles in turn as in [`LitAngles::toggles`], those of the ends on each part. Empty
+    /// without shadows; behind all they mean nothing.
     #[must_use]
     pub fn angles(&self) -> &[Vec<Vec<Toggles>>] {
         &self.angles
