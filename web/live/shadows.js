@@ -24,7 +24,7 @@ const LARGEST_SIDE = 1024;
 /** Delay before a request is repeated that failed. */
 const AGAIN_MS = 5000;
 
-/** What light does that the subject hides, in GLSL. */
+/** GLSL: the share of a light that reaches a pixel through the subject. */
 const THROUGH = `
 uniform int clear;
 uniform float passed;
