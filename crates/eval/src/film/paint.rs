@@ -1,6 +1,7 @@
 //! Pictures of painted materials: colours of a display, without exposure, tone or transfer curve.
 
 use brood_scene::SampleSet;
+use rayon::prelude::*;
 
 use super::alpha;
 use super::developed::Developed;
@@ -38,11 +39,14 @@ pub fn develop_colors(set: &SampleSet, colors: &[f32]) -> Developed {
 #[must_use]
 pub fn linear_colors(set: &SampleSet, colors: &[f32]) -> RadianceImage {
     let mut image = shade(set, colors);
-    for pixel in 0..image.coverage().len() {
-        let coverage = image.coverage()[pixel];
-        if coverage > 0.0 {
-            let linear = image.premultiplied()[pixel]
-                .map(|channel| coverage * decode_srgb(f64::from(channel / coverage)) as f32);
+    let linear = |(color, coverage): (&[f32; 3], &f32)| {
+        let decoded = |channel| coverage * decode_srgb(f64::from(channel / coverage)) as f32;
+        (*coverage > 0.0).then(|| color.map(decoded))
+    };
+    let pixels = image.premultiplied().par_iter().zip(image.coverage());
+    let pixels: Vec<Option<[f32; 3]>> = pixels.with_min_len(1024).map(linear).collect();
+    for (pixel, linear) in pixels.into_iter().enumerate() {
+        if let Some(linear) = linear {
             image.put(pixel, linear);
         }
     }

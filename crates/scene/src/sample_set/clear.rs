@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::frame::ShadedPoint;
 use super::point::START_ABOVE;
+use super::render::ROWS;
 use super::seen_point::{LeavingRay, SeenPoint};
 use super::set::SampleSet;
 use crate::description::Tangents;
@@ -73,7 +74,7 @@ impl SampleSet {
     ) -> Vec<T> {
         let chunks = self.seen_points().par_chunks(TOGETHER);
         let body = Body { mesh: stage.mesh(), others: stage.others(), index };
-        let chunks = chunks.map_init(Stack::default, |stack, points| {
+        let chunks = chunks.with_max_len(ROWS).map_init(Stack::default, |stack, points| {
             points.iter().map(|point| follow(&body, point, stack)).collect::<Vec<_>>()
         });
         chunks.flatten_iter().collect()

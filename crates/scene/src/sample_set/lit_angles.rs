@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::frame::ShadedPoint;
 use super::quadrature::PixelSampler;
-use super::render::pixel_sampler;
+use super::render::{ROWS, pixel_sampler};
 use super::seen_point::LeavingRay;
 use crate::description::Scene;
 use crate::stage::{Obstacles, Stage};
@@ -56,7 +56,7 @@ impl LitAngles {
         let stage = stage.into();
         let tracing = Tracing::new(scene, &stage, side);
         let rows: Vec<Vec<Option<Vec<Passages>>>> =
-            (0..side).into_par_iter().map(|row| tracing.row(row, side)).collect();
+            (0..side).into_par_iter().with_max_len(1).map(|row| tracing.row(row, side)).collect();
         let beside = |x: u32, y: u32| {
             let near = |at: u32| at.saturating_sub(1)..=(at + 1).min(side - 1);
             let mut pixels = near(y).flat_map(|y| near(x).map(move |x| (x, y)));
@@ -96,10 +96,11 @@ impl LitAngles {
             let point = tracing.parts[*part].point(ray, stack)?;
             Some(tracing.passages(&point, stack))
         };
-        let chunks = rays.par_chunks(TOGETHER).map_init(Stack::default, |stack, rays| {
-            let dark = || vec![DARK; tracing.lights.len()];
-            rays.iter().map(|ray| of_ray(ray, stack).unwrap_or_else(dark)).collect::<Vec<_>>()
-        });
+        let chunks =
+            rays.par_chunks(TOGETHER).with_max_len(ROWS).map_init(Stack::default, |stack, rays| {
+                let dark = || vec![DARK; tracing.lights.len()];
+                rays.iter().map(|ray| of_ray(ray, stack).unwrap_or_else(dark)).collect::<Vec<_>>()
+            });
         chunks.flatten_iter().collect()
     }
 

@@ -11,13 +11,22 @@ use glam::{DVec2, DVec3};
 
 use super::paint_point::PaintPoint;
 use super::point::{CameraRay, PixelFeatures, SampleBuffer, Surface, SurfacePoint};
-use super::seen_point::{Footprint, SeenPoint};
+use super::seen_point::SeenPoint;
 use super::values::round_to_f32;
 use crate::stage::Obstacles;
 
 /// Largest distance of texture positions from those of a group's first point; separates the sides
 /// of a seam.
 const MAX_UV_DISTANCE: f64 = 0.05;
+
+/// How painted materials are sampled.
+pub(super) struct Painted {
+    pub lights: PaintedLights,
+    /// Distance of samples in pixels.
+    pub spacing: f64,
+    /// True to keep the surface point of each sample.
+    pub keeps_seen: bool,
+}
 
 /// Lights as painted materials see them.
 #[derive(Debug)]
@@ -58,10 +67,10 @@ impl Surface<'_> {
         &self,
         hit: &Hit,
         (camera_ray, next): (CameraRay, NextRays),
-        (lights, stack): (&PaintedLights, &mut Stack),
+        (painted, stack): (&Painted, &mut Stack),
         point: &mut SurfacePoint,
     ) {
-        let CameraRay { ray, seed } = camera_ray;
+        let (CameraRay { ray, seed }, Painted { lights, keeps_seen, .. }) = (camera_ray, painted);
         let shaded = self.shaded(hit, ray);
         let position = self.in_unit_frame(shaded.position);
         let neighbours = next.0.map(|ray| {
@@ -92,7 +101,15 @@ impl Surface<'_> {
         let own: [&dyn Fn((DVec3, Ray, DVec3)) -> f64; 2] = [&cosine_to_eye, &depth];
         let (u, face, eye) = (shaded.frame.u(), shaded.face(), -ray.direction);
         let seen = SeenPoint { position, n, u, face, eye, seed };
-        let mut paint = PaintPoint { wi: DVec3::Z, footprint, seen, ..PaintPoint::default() };
+        let (light_count, keeps_seen) = (self.lights.len(), *keeps_seen);
+        let mut paint = PaintPoint {
+            light_count,
+            wi: DVec3::Z,
+            footprint,
+            seen,
+            keeps_seen,
+            ..PaintPoint::default()
+        };
         for (place, value) in own.into_iter().enumerate() {
             paint.own[place] = round_to_f32(value(here));
             paint.own[2 + place] = step(value);
@@ -226,10 +243,8 @@ struct Group {
     features: PixelFeatures,
     first_uv: DVec2,
     weight: f64,
-    /// That of the first point: all are over a whole pixel.
-    footprint: Footprint,
-    /// That of the first point.
-    seen: SeenPoint,
+    /// The first point; all footprints are over a whole pixel.
+    first: PaintPoint,
     wi: DVec3,
     wo: DVec3,
     uv: DVec2,
@@ -260,12 +275,11 @@ pub(super) fn push_groups<'a>(
             own: group.own.map(mean),
             lights: group.lights.map(|values| values.map(mean)),
             wi: group.wi.try_normalize().unwrap_or(DVec3::Z),
-            footprint: group.footprint,
-            seen: group.seen,
+            ..group.first
         };
         let wo = group.wo.try_normalize().unwrap_or(DVec3::Z);
         out.push(paint.wi, wo, group.uv / group.weight, [group.weight; 3]);
-        out.paint.push(paint);
+        out.paint.push(&paint);
     }
     coverage
 }
@@ -282,8 +296,7 @@ fn join(groups: &mut Vec<Group>, point: &SurfacePoint, paint: &PaintPoint, weigh
             features: point.features,
             first_uv: point.uv,
             weight: 0.0,
-            footprint: paint.footprint,
-            seen: paint.seen,
+            first: *paint,
             wi: DVec3::ZERO,
             wo: DVec3::ZERO,
             uv: DVec2::ZERO,

@@ -11,7 +11,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::frame::{ShadedPoint, above_horizon};
 use super::normal_map::{MappedNormals, bumped};
-use super::paint_point::PaintPoint;
+use super::paint_point::{PaintBuffer, PaintPoint};
 use super::values::round_to_f32;
 use crate::description::{Normals, Scene, Tangents};
 use crate::prefiltered::{DirectSamples, Facing};
@@ -297,7 +297,7 @@ pub(super) struct SampleBuffer {
     pub uvs: Vec<DVec2>,
     pub irradiance: [Vec<f32>; 3],
     /// One per sample of painted materials, else empty.
-    pub paint: Vec<PaintPoint>,
+    pub paint: PaintBuffer,
 }
 
 impl SampleBuffer {
@@ -317,7 +317,7 @@ impl SampleBuffer {
     pub fn push_point(&mut self, point: &SurfacePoint) {
         if let Some(paint) = point.paint.as_ref().filter(|_| point.features.covered) {
             self.push(paint.wi, point.wo, point.uv, [1.0; 3]);
-            return self.paint.push(**paint);
+            return self.paint.push(paint);
         }
         for lit in &point.lit {
             self.push(lit.wi, point.wo, point.uv, lit.irradiance);
@@ -340,7 +340,7 @@ impl SampleBuffer {
             pairs: Vec::with_capacity(count),
             uvs: Vec::with_capacity(count),
             irradiance: [(); 3].map(|()| Vec::with_capacity(count)),
-            paint: Vec::new(),
+            paint: PaintBuffer::default(),
         }
     }
 
@@ -351,7 +351,7 @@ impl SampleBuffer {
             all.extend_from_slice(&more[range.clone()]);
         }
         if !other.paint.is_empty() {
-            self.paint.extend_from_slice(&other.paint[range]);
+            self.paint.extend(&other.paint, range);
         }
     }
 

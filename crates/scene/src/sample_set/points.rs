@@ -2,8 +2,7 @@
 
 use brood_light::LightAssets;
 
-use super::paint::PaintedLights;
-use super::quadrature::Painted;
+use super::paint::{Painted, PaintedLights};
 use super::render::pixel_sampler;
 use super::sampling::Raster;
 use super::set::SampleSet;

@@ -10,7 +10,7 @@ use brood_light::ray_seed;
 use brood_mesh::trace::{Candidates, Hit, PixelFrustum, Ray, Stack, Tracer};
 use glam::DVec2;
 
-use super::paint::{NextRays, PaintedLights};
+use super::paint::{NextRays, Painted};
 use super::point::{CameraRay, PixelFeatures, Surface, SurfacePoint};
 use super::size::PictureSize;
 use super::view::View;
@@ -41,15 +41,6 @@ pub(super) struct PixelSampler<'a> {
     pub environments: Option<DirectLight>,
     /// Present for painted materials.
     pub painted: Option<Painted>,
-}
-
-/// How painted materials are sampled.
-pub(super) struct Painted {
-    pub lights: PaintedLights,
-    /// Distance of samples in pixels.
-    pub spacing: f64,
-    /// True to keep the surface point of each sample.
-    pub keeps_seen: bool,
 }
 
 /// Buffers reused between pixels, to avoid allocation.
@@ -167,9 +158,10 @@ impl PixelSampler<'_> {
         match hit {
             Some(hit) => match &self.painted {
                 None => self.surface.shade(hit, ray, stack, point),
-                Some(Painted { lights, spacing, .. }) => {
-                    let next = next.unwrap_or_else(|| self.next_rays(ray.ray, hit, *spacing));
-                    self.surface.paint(hit, (ray, next), (lights, stack), point);
+                Some(painted) => {
+                    let next =
+                        next.unwrap_or_else(|| self.next_rays(ray.ray, hit, painted.spacing));
+                    self.surface.paint(hit, (ray, next), (painted, stack), point);
                 }
             },
             None => {

@@ -7,9 +7,8 @@ use glam::{DVec3, Vec2, Vec3};
 
 use super::clear::WayOut;
 use super::lit_angles::{LitAngles, Toggles};
-use super::paint_point::PaintPoint;
 use super::sampling::{PixelArea, Raster, Sampling};
-use super::seen_point::LeavingRay;
+use super::seen_point::{LeavingRay, SeenPoint};
 use super::set::SampleSet;
 use super::size::PictureSize;
 use super::values::round_to_f32;
@@ -195,22 +194,22 @@ fn ends_of(
         let own = stage.with_part(part);
         let assets = LightAssets::default();
         let (set, points) =
-            SampleSet::points_of_rays((&own, 0), (scene, &assets), (side.into(), rays));
+            SampleSet::points_of_rays((&own, 0), (scene, &assets), (side.into(), rays), true);
         let back = stage.change_from(part);
         let turned = |at: Ray| back.as_ref().map_or(at, |change| change.ray(at));
-        let end = |(sample, point): (usize, &PaintPoint)| {
-            let at = |direction: DVec3| turned(Ray { origin: point.seen.position, direction });
-            let (n, wo) = (at(point.seen.n), set.pairs[sample].wo());
+        let end = |(sample, seen): (usize, &SeenPoint)| {
+            let at = |direction: DVec3| turned(Ray { origin: seen.position, direction });
+            let (n, wo) = (at(seen.n), set.pairs[sample].wo());
             RayEnd {
                 position: n.origin.as_vec3(),
                 n: n.direction.as_vec3(),
-                u: at(point.seen.u).direction.as_vec3(),
+                u: at(seen.u).direction.as_vec3(),
                 eye: wo.truncate().as_vec2(),
                 uv: set.uvs[sample].as_vec2(),
-                own: point.own,
+                own: points.own[sample],
             }
         };
-        parts.push(points.iter().enumerate().map(end).collect());
+        parts.push(points.seen.iter().enumerate().map(end).collect());
         let covered = set.image().expect("the set is of a picture").coverage.iter();
         let hits = (0..rays.len()).zip(covered).filter(|(_, covered)| **covered > 0.0);
         for (number, (ray, _)) in hits.enumerate() {

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 
 use super::fixed::Row;
 use super::layout::ImageLayout;
-use super::paint::{NextRays, PaintedLights};
-use super::paint_point::{PaintPoint, columns};
+use super::paint::{NextRays, Painted, PaintedLights};
+use super::paint_point::PaintBuffer;
 use super::point::{CameraRay, SurfacePoint};
-use super::quadrature::{Painted, PixelSampler, Scratch};
-use super::render::{concatenate, direct_sampler};
+use super::quadrature::{PixelSampler, Scratch};
+use super::render::{ROWS, concatenate, direct_sampler};
 use super::sampling::{PixelArea, Sampling};
 use super::seen_point::LeavingRay;
 use super::set::SampleSet;
@@ -58,9 +58,9 @@ impl SampleSet {
             }
             Seen::Points => {
                 let (set, points) =
-                    Self::points_of_rays((stage, from), (scene, assets), (size_px, rays));
+                    Self::points_of_rays((stage, from), (scene, assets), (size_px, rays), false);
                 let lighting = set.lighting().expect("the samples are points");
-                set.with_lights(lighting, columns(&points, lighting))
+                set.with_lights(lighting, points.columns(lighting))
             }
         }
     }
@@ -70,10 +70,11 @@ impl SampleSet {
         (stage, from): (&Stage<'_>, usize),
         (scene, assets): (&Scene, &LightAssets),
         (size_px, rays): (PictureSize, &[LeavingRay]),
-    ) -> (Self, Vec<PaintPoint>) {
+        keeps_seen: bool,
+    ) -> (Self, PaintBuffer) {
         let mut sampler = direct_sampler((stage, scene, assets), size_px, None);
         let lights = PaintedLights::new(&sampler.surface.lights);
-        sampler.painted = Some(Painted { lights, spacing: 1.0, keeps_seen: false });
+        sampler.painted = Some(Painted { lights, spacing: 1.0, keeps_seen });
         let (set, points) = Self::sampled(&sampler, (stage, from), (size_px, rays));
         let lights = sampler.surface.lights.len();
         let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
@@ -84,12 +85,12 @@ impl SampleSet {
         sampler: &PixelSampler<'_>,
         (stage, from): (&Stage<'_>, usize),
         (size_px, rays): (PictureSize, &[LeavingRay]),
-    ) -> (Self, Vec<PaintPoint>) {
+    ) -> (Self, PaintBuffer) {
         let change = stage.change_from(from);
         let width = u32::try_from(rays.len()).expect("there are fewer than 2^32 rays");
         let firsts = (0..width).into_par_iter().step_by(TOGETHER);
         let rows = rays.par_chunks(TOGETHER).zip(firsts);
-        let rows = rows.map_init(Scratch::default, |scratch, (rays, first)| {
+        let rows = rows.with_max_len(ROWS).map_init(Scratch::default, |scratch, (rays, first)| {
             let (mut out, mut point) = (Row::default(), SurfacePoint::default());
             for (index, leaving) in (first..).zip(rays) {
                 let ray = change.as_ref().map_or(leaving.ray, |change| change.ray(leaving.ray));

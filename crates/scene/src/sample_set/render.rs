@@ -12,7 +12,7 @@ use super::fixed::{Row, fixed_pixel, fixed_row};
 use super::layout::{ImageLayout, PixelRun, SampleCounts};
 use super::normal_map::MappedNormals;
 use super::paint::push_groups;
-use super::paint_point::{PaintPoint, columns};
+use super::paint_point::PaintBuffer;
 use super::point::{PixelFeatures, SampleBuffer, Surface, SurfacePoint};
 use super::quadrature::{PixelSampler, Scratch};
 use super::sampling::{PixelArea, Raster, Sampling};
@@ -27,6 +27,9 @@ use crate::stage::Stage;
 
 /// Number of rays of listed pixels that a thread traces at a time.
 const RAYS_TOGETHER: usize = 512;
+/// Largest number of rows, or of parts of a list of rays, that a thread takes at once: rows differ in
+/// cost.
+pub(super) const ROWS: usize = 4;
 /// Difference of `shade` between a pixel's mean and its centre above which a smooth pixel is
 /// curved.
 const CURVED_THRESHOLD: f32 = 2e-4;
@@ -163,6 +166,7 @@ impl SampleSet {
                 let offsets = subpixel_offsets(u32::from(samples));
                 let rows = (0..area.height)
                     .into_par_iter()
+                    .with_max_len(ROWS)
                     .map_init(Scratch::default, |scratch, row| {
                         fixed_row(sampler, area, row, &offsets, scratch)
                     })
@@ -183,14 +187,12 @@ impl SampleSet {
         let points = rows.iter_mut().flat_map(|row| std::mem::take(&mut row.points)).collect();
         let (set, painted) = concatenate(rows, image);
         let set = match &sampler.painted {
-            Some(how) => {
+            Some(_) => {
                 let lights = sampler.surface.lights.len();
                 let lighting = Lighting { lights, has_shadows: sampler.surface.has_shadows() };
-                let mut set = set.with_lights(lighting, columns(&painted, lighting));
-                set.footprints = painted.iter().map(|point| point.footprint).collect();
-                if how.keeps_seen {
-                    set.seen = painted.iter().map(|point| point.seen).collect();
-                }
+                let mut set = set.with_lights(lighting, painted.columns(lighting));
+                set.footprints = painted.footprints;
+                set.seen = painted.seen;
                 set
             }
             None => set,
@@ -225,6 +227,7 @@ impl SampleSet {
         let rows = pixels
             .par_chunks(together)
             .zip((0..width).into_par_iter().step_by(together))
+            .with_max_len(ROWS)
             .map_init(Scratch::default, |scratch, (pixels, first)| {
                 let mut out = Row::default();
                 for (index, pixel) in (first..).zip(pixels) {
@@ -291,12 +294,14 @@ fn adaptive(sampler: &PixelSampler<'_>, area: PixelArea) -> Vec<Row> {
     let border = area.with_border(sampler.size_px);
     let centres: Vec<CentreRow> = (0..border.height)
         .into_par_iter()
+        .with_max_len(ROWS)
         .map_init(Stack::default, |stack, row| {
             centre_row(sampler, area, border, border.y + row, stack)
         })
         .collect();
     (0..area.height)
         .into_par_iter()
+        .with_max_len(ROWS)
         .map_init(
             || (Scratch::default(), Groups::default()),
             |tools, row| {
@@ -451,7 +456,7 @@ fn adaptive_row(
 }
 
 /// Concatenates the rows into one set, and the points of painted materials.
-pub(super) fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> (SampleSet, Vec<PaintPoint>) {
+pub(super) fn concatenate(rows: Vec<Row>, mut image: ImageLayout) -> (SampleSet, PaintBuffer) {
     let count = rows.iter().map(|row| row.buffer.pairs.len()).sum();
     let mut all = SampleBuffer::with_capacity(count);
     let mut coverage = Vec::with_capacity((image.width * image.height) as usize);
