@@ -246,6 +246,10 @@ async fn ray_ends_hold_what_a_clear_subject_shows() {
     assert_eq!((word(&lit, 24), lit.len()), (4, file.len() + 16 * 4 * ends));
     other["lights"] = json!([{"kind": "sphere", "position": [0, 3, 3], "radius": 1}]);
     assert_eq!(server.get(&path(&other, "side=40&index=1.5").await).await.expect(200).body, file);
+    other["lights"] = json!(vec![json!({}); 16]);
+    other["shadows"] = json!(true);
+    let refused = server.get(&path(&other, "side=640&index=1.5").await).await.expect(400).json();
+    assert!(text_of(&refused["detail"]).contains("must be 16 to 396"), "{refused}");
     for query in [
         "side=15&index=1.5",
         "side=40&index=2.5",

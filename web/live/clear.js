@@ -40,13 +40,6 @@ void main() {
   color = pictured ? straight : vec4(plain, 1.0);
 }`;
 
-/**
- * True if clear subjects can be drawn live: without environments, which rays would see.
- * @param {Scene} scene
- */
-export const showsGlass = ({ lights }) =>
-  (lights ?? []).every(({ kind }) => kind !== "environment");
-
 export class ClearBodies {
   #ends;
   /** @type {{develop: Linked, behind: Linked}|null} */
@@ -58,28 +51,35 @@ export class ClearBodies {
   }
 
   /**
+   * True if clear subjects can be drawn: where all parts are as in the stored scene, and without
+   * environments, which rays would see.
+   * @param {Scene} scene
+   * @param {Scene} confirmed the stored scene
+   */
+  canDraw(scene, confirmed) {
+    const isLit = (scene.lights ?? []).every(({ kind }) => kind !== "environment");
+    const isKnown = () => confirmed.id && endsKey(scene) === endsKey(confirmed);
+    return isLit && !this.#ends.overflows && Boolean(isKnown());
+  }
+
+  /**
    * The ends of the rays of clear materials.
    * @param {WebGL2RenderingContext} gl
-   * @param {{scene: Scene, confirmed: Scene, slots: number}} of `confirmed`: the stored scene;
-   *   `slots`: number of lights
+   * @param {{scene: Scene, slots: number}} of `scene`: the stored one; `slots`: number of lights
    * @param {{cell: Cell, material: Material, side: number}[]} drawn `side`: of the frame
    * @returns {Map<Cell, Ends>|null} null while some are being loaded
    */
-  prepare(gl, { scene, confirmed, slots }, drawn) {
-    /** @type {Map<Cell, Ends>} */
-    const found = new Map();
-    const key = endsKey(scene);
-    let all = true;
-    for (const { cell, material, side } of drawn) {
-      const { index } = material;
-      if (index === null) continue;
-      const known = key === endsKey(confirmed) && confirmed.id;
-      const ends =
-        known && this.#ends.of(gl, { key, sceneId: confirmed.id ?? "" }, { index, side, slots });
-      if (ends && ends.whole) found.set(cell, ends);
-      else all = false;
-    }
-    return all ? found : null;
+  prepare(gl, { scene, slots }, drawn) {
+    const clear = drawn.filter(({ material }) => material.index !== null);
+    const of = { key: endsKey(scene), sceneId: scene.id ?? "", slots, hasShadows: scene.shadows };
+    this.#ends.begin();
+    // The centre is requested first, because users look there first.
+    clear.sort((one, other) => Number(other.cell === "centre") - Number(one.cell === "centre"));
+    const found = clear.map(({ cell, material, side }) =>
+      /** @type {const} */ ([cell, this.#ends.of(gl, of, { index: material.index ?? 1, side })]),
+    );
+    const known = found.flatMap(([cell, ends]) => (ends ? [/** @type {const} */ ([cell, ends])] : []));
+    return known.length === found.length ? new Map(known) : null;
   }
 
   /**

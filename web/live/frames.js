@@ -76,8 +76,10 @@ export class FramePainter {
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    return [...new Set(frames.map(({ material }) => material.passed))].every((passed) =>
-      this.#drawTogether(gl, tools, frames.filter((one) => one.material.passed === passed), of, passed),
+    // Without shadows, all have the same light.
+    const passedOf = (/** @type {Frame} */ { material }) => of.lit.shadowsOf(material.passed).passed;
+    return [...new Set(frames.map(passedOf))].every((passed) =>
+      this.#drawTogether(gl, tools, frames.filter((one) => passedOf(one) === passed), of, passed),
     );
   }
 

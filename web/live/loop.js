@@ -25,7 +25,7 @@ import {
   strengthOf, viewOf,
 } from "./camera.js";
 import { layOut, observePixels, openContext } from "./canvas.js";
-import { ClearBodies, showsGlass } from "./clear.js";
+import { ClearBodies } from "./clear.js";
 import { DraftMaterial } from "./draft_material.js";
 import { FramePainter } from "./frames.js";
 import { Meshes, partPaths } from "./geometry.js";
@@ -164,10 +164,14 @@ const CELLS = ["centre", ...Array(FRAMES).keys()];
 /** True if an individual can be drawn live. @param {Individual|null} of */
 const isLiveDrawn = (of) => of !== null && liveStore.sceneDrawable.value;
 
+/** True if an individual is edited, and the server draws the edit. @param {Individual|null} of */
+const isDraftPicture = (of) =>
+  liveStore.draftRefused.value && of !== null && of.id === lineageStore.draft.value?.of.id;
+
 /** True if a frame's material is drawn live or will be. @param {{cell: Cell}} frame */
 function mayBeDrawn({ cell }) {
   const of = individualSeenIn(cell);
-  return of !== null && isLiveDrawn(of) && !cache.isRefused(of);
+  return of !== null && isLiveDrawn(of) && !cache.isRefused(of) && !isDraftPicture(of);
 }
 
 /** True if an individual is shown by the server's pictures only. @param {Individual|null} of */
@@ -288,13 +292,15 @@ function frame(now) {
   };
   const lights = lightsAt(degrees);
   const paintLights = paintLightsOf(scene, geometry.extent, pose, degrees, (image) => means.of(image));
+  // What the server traces is requested once, whatever the resolution is now.
+  const full = layOut(canvas, 1, Infinity) ?? layout;
   // A turned object is drawn without shadows until it rests.
   const shade = sceneStore.draggedPose.value ? "" : shadowKey(scene);
   const isClear = cache.showsClear() || draftMaterial.isClear();
   const unknown = !shadows.has(shade, isClear);
   if (unknown && shade === shadowKey(confirmed) && confirmed.id) {
-    const { large: side } = (canvas && layOut(canvas, 1, Infinity)) ?? layout;
-    shadows.request(gl, { key: shade, sceneId: confirmed.id, side, isClear });
+    const of = { key: shade, sceneId: confirmed.id, side: full.large, lights: lights.length, isClear };
+    shadows.request(gl, of);
     if (isLightMoved() || draft) return showLive(new Set());
   }
   const opaque = shadows.of(gl, shade, 0);
@@ -330,7 +336,8 @@ function frame(now) {
     environment,
     together: context?.together ?? 1,
     painting: paintLights?.length ?? 0,
-    clearing: showsGlass(scene) && !sceneStore.draggedPose.value && others.areSmooth(scene),
+    clearing:
+      !sceneStore.draggedPose.value && clear.canDraw(scene, confirmed) && others.areSmooth(scene),
   };
   // Before the others, because the user sees only this one change.
   const makingDraft = draftMaterial.work(gl, draft, making);
@@ -346,6 +353,7 @@ function frame(now) {
   if (others.work(gl, scene, { ...making, within: widest })) makingMaterials = true;
   const materials = squares.flatMap((square) => {
     const of = individualSeenIn(square.cell);
+    if (square.cell === "centre" && isDraftPicture(of)) return [];
     const edited = square.cell === "centre" && of?.id === draft?.of.id && draftMaterial.drawable(environment);
     const material = edited || (of && !resting && cache.drawable(of, environment));
     return material ? [{ ...square, material }] : [];
@@ -356,18 +364,19 @@ function frame(now) {
     shadows: opaque,
   };
   const follows = sceneStore.draggedPose.value !== null || sceneStore.draggedScene.value !== null;
-  const wait = () => {
+  const wait = (again = true) => {
+    resolution.pause();
     showLive(new Set());
     publishLight(scene, geometry.extent, degrees);
-    schedule();
+    if (again) schedule();
   };
   const beside = hasOthers(scene) ? others.prepare(gl, scene, tools, shared, follows) : null;
   if (hasOthers(scene) && !beside) return wait();
   // All frames have one light: none is drawn under a moved light before all can be.
   if (isLightMoved() && materials.length < layout.squares.filter(mayBeDrawn).length) return wait();
-  const sized = materials.map((one) => ({ ...one, side: (one.cell === "centre" ? large : small).side }));
-  const glass = clear.prepare(gl, { scene, confirmed, slots: lights.length }, sized);
-  if (!glass) return wait();
+  const sized = materials.map((one) => ({ ...one, side: one.cell === "centre" ? full.large : full.small }));
+  const glass = clear.prepare(gl, { scene: confirmed, slots: lights.length }, sized);
+  if (!glass) return wait(liveStore.lightMoving.value);
   const isDrawn = frames.draw(gl, tools, materials, {
     scene,
     seen: { key, view, parts },

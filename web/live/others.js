@@ -90,9 +90,11 @@ export class OtherParts {
     return this.#cache.work(gl, sources, { ...making, environment: NO_ENVIRONMENT });
   }
 
-  /** True if no material of the other parts that is known has bumps. @param {Scene} scene */
+  /** True if the materials of all other parts are known and have no bumps. @param {Scene} scene */
   areSmooth = (scene) =>
-    !materialsOf(scene).some((name) => this.#cache.drawable(sourceOf(name), NO_ENVIRONMENT)?.bumps);
+    materialsOf(scene).every(
+      (name) => this.#cache.drawable(sourceOf(name), NO_ENVIRONMENT)?.bumps === false,
+    );
 
   /**
    * Prepares what the other parts are drawn with: their materials, and the exposure if the ground

@@ -20,15 +20,17 @@ const HEAD_BYTES = 28;
 const LARGEST_SIDE = 640;
 /** Delay before a request is repeated that failed. */
 const AGAIN_MS = 5000;
-/** Number of files kept on the GPU: all indices of refraction in small frames, and a few large. */
-const KEPT = 14;
+/** Requests at a time: browsers allow six connections to a server, and pictures come first. */
+const FETCHES = 2;
+/** Memory of textures that are kept besides those in use, bytes. */
+const KEPT_BYTES = 2 ** 28;
 
 /**
- * @typedef {{pixels: number, numbers: WebGLTexture, lengths: WebGLTexture, side: number, whole:
+ * @typedef {{pixels: number, bytes: number, numbers: WebGLTexture, lengths: WebGLTexture, side: number, whole:
  *   boolean, all: Shaded, parts: Shaded[], paint: EndPaint, angles: WebGLTexture, shadowsOf:
  *   (passed: number) => Shadows, lit: WebGLTexture[], framebuffers: WebGLFramebuffer[], colors:
  *   WebGLTexture, colorFramebuffer: WebGLFramebuffer, shaded: string, developed: string, used:
- *   number}} Ends `pixels`: side of the picture. `numbers`, `lengths`: of the rays of each pixel.
+ *   number}} Ends `pixels`: side of the picture. `bytes`: of all textures. `numbers`, `lengths`: of the rays of each pixel.
  *   `side`: of the textures with an end in each texel. `whole`: false if there was not enough
  *   memory. `all`: all ends; `parts`: those on the subject, the other objects, the ground, and
  *   behind all. `angles`: at which lights reach ends. `lit`: light of parts with BRDFs and of
@@ -38,6 +40,12 @@ const KEPT = 14;
  * @typedef {{own: WebGLTexture, cosines: WebGLTexture, arriving: WebGLTexture, framebuffer:
  *   WebGLFramebuffer, lit: string}} EndPaint What painted materials read; `lit`: key of the lights
  */
+
+/**
+ * Largest side of ends with shadows that the server gives.
+ * @param {number} lights
+ */
+export const largestLit = (lights) => Math.floor(Math.sqrt(2 ** 28 / (168 + 96 * lights)));
 
 /** Identity of what ends depend on besides the index of refraction. @param {Scene} scene */
 export const endsKey = (scene) => JSON.stringify([placesKey(scene), shadowKey(scene)]);
@@ -83,7 +91,10 @@ export class RayEnds {
   #held = new Map();
   /** Keys of what is being loaded. @type {Set<string>} */
   #loading = new Set();
+  /** Number of drawings. */
   #clock = 0;
+  /** True if the GPU has not enough memory. */
+  overflows = false;
   #changed;
 
   /** @param {() => void} changed is called when ends have arrived */
@@ -91,19 +102,24 @@ export class RayEnds {
     this.#changed = changed;
   }
 
+  /** Begins a drawing. */
+  begin() {
+    this.#clock += 1;
+  }
+
   /**
    * The ends in a scene; null while they are being loaded.
    * @param {WebGL2RenderingContext} gl
-   * @param {{key: string, sceneId: string}} scene
-   * @param {{index: number, side: number, slots: number}} of `side`: of the frame; `slots`: number
-   *   of lights
+   * @param {{key: string, sceneId: string, slots: number, hasShadows?: boolean}} scene `slots`:
+   *   number of lights
+   * @param {{index: number, side: number}} of `side`: of the frame
    * @returns {Ends|null}
    */
-  of(gl, { key, sceneId }, { index, side, slots }) {
-    this.#clock += 1;
+  of(gl, { key, sceneId, slots, hasShadows }, { index, side }) {
     // Each set of angles has its part of a texture, whose side is at most sqrt(3) times the pixels.
     const most = Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / (2 * slots * 1.8));
-    const pixels = Math.max(16, Math.min(side, LARGEST_SIDE, most));
+    const largest = hasShadows ? Math.min(most, largestLit(slots)) : LARGEST_SIDE;
+    const pixels = Math.max(16, Math.min(side, LARGEST_SIDE, largest));
     const own = JSON.stringify([key, index, pixels, slots]);
     const held = this.#held.get(own);
     if (held) {
@@ -111,13 +127,15 @@ export class RayEnds {
       return held;
     }
     const path = `/v1/scenes/${sceneId}/ray-ends?side=${pixels}&index=${index}`;
-    if (!this.#loading.has(own)) void this.#load(gl, own, path, slots);
+    if (!this.#loading.has(own) && this.#loading.size < FETCHES)
+      void this.#load(gl, own, path, slots);
     return null;
   }
 
   /** Forgets the textures of a lost context. */
   lose() {
     this.#held.clear();
+    this.overflows = false;
   }
 
   /**
@@ -131,8 +149,11 @@ export class RayEnds {
     try {
       const file = readRayEnds(await getBytes(path));
       if (!gl.isContextLost()) {
-        this.#held.set(key, makeEnds(gl, file, slots, this.#clock));
+        const ends = makeEnds(gl, file, slots, this.#clock);
         this.#forget(gl);
+        if (ends.whole) this.#held.set(key, ends);
+        else dropEnds(gl, ends);
+        this.overflows ||= !ends.whole;
       }
     } catch {
       // The server's pictures stay visible meanwhile.
@@ -144,8 +165,11 @@ export class RayEnds {
 
   /** @param {WebGL2RenderingContext} gl */
   #forget(gl) {
-    const all = [...this.#held].sort(([, a], [, b]) => b.used - a.used);
-    for (const [key, ends] of all.slice(KEPT)) {
+    let kept = 0;
+    for (const [key, ends] of [...this.#held].sort(([, a], [, b]) => b.used - a.used)) {
+      if (ends.used >= this.#clock - 1) continue;
+      kept += ends.bytes;
+      if (kept <= KEPT_BYTES) continue;
       dropEnds(gl, ends);
       this.#held.delete(key);
     }
@@ -217,6 +241,7 @@ function makeEnds(gl, file, slots, used) {
   const drawn = [shared.litFramebuffer, paint.framebuffer, ...framebuffers, colorFramebuffer];
   return {
     pixels,
+    bytes: side ** 2 * (68 + 48 * slots + 16 * sets) + pixels ** 2 * 24,
     numbers: made(gl.RGBA32UI, ofPixels, [gl.RGBA_INTEGER, gl.UNSIGNED_INT], file.numbers),
     lengths: made(gl.RGBA16F, ofPixels, [gl.RGBA, gl.HALF_FLOAT], file.lengths),
     side,

@@ -169,14 +169,15 @@ export class ShadowTexture {
   /**
    * Requests the angles of a scene, unless they are there or on their way.
    * @param {WebGL2RenderingContext} gl
-   * @param {{key: string, sceneId: string, side: number, isClear: boolean}} of
+   * @param {{key: string, sceneId: string, side: number, lights: number, isClear: boolean}} of
+   *   `lights`: their number
    */
-  request(gl, { key, sceneId, side, isClear }) {
+  request(gl, { key, sceneId, side, lights, isClear }) {
     const loading = JSON.stringify([key, isClear]);
     if (this.has(key, isClear) || this.#loading === loading) return;
     this.#loading = loading;
-    // A texture holds both kinds of angles of eight lights.
-    const most = Math.min(LARGEST_SIDE, gl.getParameter(gl.MAX_TEXTURE_SIZE) / (isClear ? 16 : 8));
+    const height = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    const most = Math.min(LARGEST_SIDE, Math.floor(height / (isClear ? 2 * lights : lights)));
     const path = `/v1/scenes/${sceneId}/lit-angles?side=${Math.min(side, most)}&clear=${isClear}`;
     void this.#load(gl, { key, isClear, loading, path });
   }

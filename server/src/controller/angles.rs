@@ -18,7 +18,11 @@ use crate::problem::ApiError;
 use crate::state::App;
 
 /// Least and largest side of the picture in pixels.
-pub(super) const SIDES: RangeInclusive<u32> = 16..=1024;
+const SIDES: RangeInclusive<u32> = 16..=1024;
+/// Largest size of a file; results of workers may be twice as large.
+const MOST_BYTES: usize = 256 << 20;
+/// Bytes of the angles of a light at a pixel.
+pub(super) const ANGLE_BYTES: usize = 16;
 const FORMAT: PictureFormat = PictureFormat::Angles;
 
 /// Options of lit angles.
@@ -26,7 +30,8 @@ const FORMAT: PictureFormat = PictureFormat::Angles;
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct AnglesQuery {
-    /// Side of the picture in pixels, 16 to 1024.
+    /// Side of the picture in pixels, 16 to 1024; less with many lights, so that files have at most
+    /// 256 MiB.
     #[param(minimum = 16, maximum = 1024)]
     side: u32,
     /// True for the lights once more, as if the subject took no light. Default: false.
@@ -52,18 +57,30 @@ pub async fn get(
     Query(AnglesQuery { side, clear }): Query<AnglesQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    if !SIDES.contains(&side) {
-        let words = format!("must be {} to {}, got {side}", SIDES.start(), SIDES.end());
-        return Err(ApiError::bad_parameter("side", words));
-    }
+    check_side(side, *SIDES.end())?;
     let known = app.library.scene(id).await?;
     let words = "lit angles need a scene with shadows, and point, spot or directional lights alone";
     let scene = known.scene.for_angles().ok_or_else(|| ApiError::refused(words))?;
+    let kinds = if clear { 2 } else { 1 };
+    check_side(side, largest_side(ANGLE_BYTES * kinds * scene.lights.len()))?;
     let frame = geometry_of((&scene, &known), side, (FORMAT, app.backend));
     let subject = if clear { Subject::ClearScene } else { Subject::Scene };
     let request = PictureRequest::own(frame, &subject);
     let head = FileHead::of_picture(request.key(), content_type(FORMAT), REVALIDATED);
     head.made(&headers, app.pictures.get(request)).await
+}
+
+/// Returns the largest side of a picture with this number of bytes for each pixel.
+pub(super) fn largest_side(pixel_bytes: usize) -> u32 {
+    (MOST_BYTES / pixel_bytes.max(1)).isqrt().try_into().unwrap_or(u32::MAX).min(*SIDES.end())
+}
+
+/// Checks the side of a picture in pixels.
+pub(super) fn check_side(side: u32, most: u32) -> Result<(), ApiError> {
+    let least = SIDES.start();
+    let words = || format!("must be {least} to {most}, got {side}");
+    let is_valid = (*least..=most).contains(&side);
+    if is_valid { Ok(()) } else { Err(ApiError::bad_parameter("side", words())) }
 }
 
 /// Returns the frame of a scene's objects without their materials, with a sample a pixel.

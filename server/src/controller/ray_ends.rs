@@ -8,7 +8,7 @@ use brood_protocol::{PictureFormat, SceneId, Subject};
 use http::HeaderMap;
 use serde::Deserialize;
 
-use super::angles::{SIDES, geometry_of};
+use super::angles::{ANGLE_BYTES, check_side, geometry_of, largest_side};
 use super::file::{FileHead, REVALIDATED};
 use super::picture_query::content_type;
 use crate::dispatch::PictureRequest;
@@ -18,6 +18,10 @@ use crate::state::App;
 
 /// Least and largest index of refraction.
 const INDICES: RangeInclusive<f64> = 0.5..=2.0;
+/// Number of rays of a pixel; bytes of a pixel and of an end without angles.
+const RAYS: usize = 3;
+const PIXEL_BYTES: usize = 24;
+const END_BYTES: usize = 48;
 const FORMAT: PictureFormat = PictureFormat::RayEnds;
 
 /// Options of ray ends.
@@ -25,7 +29,8 @@ const FORMAT: PictureFormat = PictureFormat::RayEnds;
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct RayEndsQuery {
-    /// Side of the picture in pixels, 16 to 1024.
+    /// Side of the picture in pixels, 16 to 1024; less with many lights, so that files have at most
+    /// 256 MiB.
     #[param(minimum = 16, maximum = 1024)]
     side: u32,
     /// Index of refraction of the subject, 0.5 to 2, rounded to hundredths.
@@ -58,10 +63,7 @@ pub async fn get(
     Query(RayEndsQuery { side, index }): Query<RayEndsQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    if !SIDES.contains(&side) {
-        let words = format!("must be {} to {}, got {side}", SIDES.start(), SIDES.end());
-        return Err(ApiError::bad_parameter("side", words));
-    }
+    check_side(side, largest_side(0))?;
     if !INDICES.contains(&index) {
         let words = format!("must be {} to {}, got {index}", INDICES.start(), INDICES.end());
         return Err(ApiError::bad_parameter("index", words));
@@ -69,6 +71,8 @@ pub async fn get(
     let known = app.library.scene(id).await?;
     let words = "ray ends need a scene without normal maps";
     let scene = known.scene.for_ray_ends().ok_or_else(|| ApiError::refused(words))?;
+    let sets = if scene.shadows { 2 * scene.lights.len() } else { 0 };
+    check_side(side, largest_side(PIXEL_BYTES + RAYS * (END_BYTES + ANGLE_BYTES * sets)))?;
     let frame = geometry_of((&scene, &known), side, (FORMAT, app.backend));
     let hundredths = (100.0 * index).round() as u16;
     let request = PictureRequest::own(frame, &Subject::RayEnds(hundredths));

@@ -135,9 +135,8 @@ impl RayEnds {
         &self.parts
     }
 
-    /// Angles at which lights reach the ends: light after light, and with clear parts for both
-    /// kinds of angles in turn as in [`LitAngles::toggles`], those of the ends on each part. Empty
-    /// without shadows; behind all they mean nothing.
+    /// Angles at which lights reach the ends, in sets as those of [`LitAngles::toggles`]: for each
+    /// set, those of the ends on each part. Empty without shadows; behind all they mean nothing.
     #[must_use]
     pub fn angles(&self) -> &[Vec<Vec<Toggles>>] {
         &self.angles
@@ -189,12 +188,14 @@ fn ends_of(
 ) -> (Vec<Vec<RayEnd>>, Vec<(usize, usize)>) {
     let behind = stage.count();
     let mut found: Vec<Option<(usize, usize)>> = vec![None; rays.len()];
-    let mut parts = Vec::with_capacity(behind + 1);
-    for part in 0..behind {
-        let own = stage.with_part(part);
-        let assets = LightAssets::default();
+    let mut parts = vec![Vec::new(); behind + 1];
+    let mut open: Vec<usize> = (0..rays.len()).collect();
+    // Where faces coincide, pictures show the subject, else the last part.
+    for part in std::iter::once(0).chain((1..behind).rev()) {
+        let (own, assets) = (stage.with_part(part), LightAssets::default());
+        let asked: Vec<LeavingRay> = open.iter().map(|ray| rays[*ray]).collect();
         let (set, points) =
-            SampleSet::points_of_rays((&own, 0), (scene, &assets), (side.into(), rays), true);
+            SampleSet::points_of_rays((&own, 0), (scene, &assets), (side.into(), &asked), true);
         let back = stage.change_from(part);
         let turned = |at: Ray| back.as_ref().map_or(at, |change| change.ray(at));
         let end = |(sample, seen): (usize, &SeenPoint)| {
@@ -209,18 +210,18 @@ fn ends_of(
                 own: points.own[sample],
             }
         };
-        parts.push(points.seen.iter().enumerate().map(end).collect());
+        parts[part] = points.seen.iter().enumerate().map(end).collect();
         let covered = set.image().expect("the set is of a picture").coverage.iter();
-        let hits = (0..rays.len()).zip(covered).filter(|(_, covered)| **covered > 0.0);
+        let hits = open.iter().zip(covered).filter(|(_, covered)| **covered > 0.0);
         for (number, (ray, _)) in hits.enumerate() {
-            found[ray].get_or_insert((part, number));
+            found[*ray] = Some((part, number));
         }
+        open.retain(|ray| found[*ray].is_none());
     }
-    let missed: Vec<LeavingRay> =
-        rays.iter().zip(&found).filter(|(_, end)| end.is_none()).map(|(ray, _)| *ray).collect();
+    let missed: Vec<LeavingRay> = open.iter().map(|ray| rays[*ray]).collect();
     let places = places_towards((scene, stage), (side, &missed));
     let place = |at: Vec2| RayEnd { position: at.extend(0.0), ..RayEnd::default() };
-    parts.push(places.into_iter().map(place).collect());
+    parts[behind] = places.into_iter().map(place).collect();
     let mut next = 0..;
     let ends = found.into_iter().map(|end| end.or_else(|| Some((behind, next.next()?))));
     let ends = ends.map(|end| end.expect("numbers are endless")).collect();

@@ -176,3 +176,21 @@ fn lights_reach_ends_at_their_angles() {
     assert!(shadowed[0] > shadowed[1] && shadowed[1] > 0, "{shadowed:?} of {faced}");
     assert!(differ * 2000 <= faced, "{differ} of {faced} differ");
 }
+
+/// A ray that meets two parts at once has one end, and every end has angles.
+#[test]
+fn coinciding_faces_have_one_end() {
+    let scene = scene(
+        r#"{"mesh": "ball", "shadows": true, "ground": {}, "objects": [
+            {"mesh": "cube", "position": [1.3, 0, 0], "scale": 0.5},
+            {"mesh": "cube", "position": [1.3, 0, 0.3], "scale": 0.5}]}"#,
+    );
+    let meshes = [BuiltinMesh::Ball, BuiltinMesh::Cube, BuiltinMesh::Ground].map(Mesh::builtin);
+    let stage = Stage::new(&scene, &meshes[0], &[&meshes[1], &meshes[1], &meshes[2]]);
+    let ends = RayEnds::trace((&scene, 1.5), stage.with_clear(&[0.5, 0.0, 0.0, 0.0]), SIDE);
+    let counts: Vec<usize> = ends.parts().iter().map(Vec::len).collect();
+    assert!(counts[1] > 0 && counts[2] > 0, "both cubes are seen: {counts:?}");
+    for set in ends.angles() {
+        assert_eq!(set.iter().map(Vec::len).collect::<Vec<_>>(), counts);
+    }
+}
