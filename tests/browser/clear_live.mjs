@@ -6,6 +6,7 @@ import { strict as assert } from "node:assert";
 import { comparedAround, openLineage } from "./drawn_live.mjs";
 import { noneLit } from "./live.mjs";
 import { goTo, turnByHand } from "./materials.mjs";
+import { glass, uploaded } from "./scene_images.mjs";
 
 /**
  * Largest share of pixels apart: edges of the body, and of what it shows. Live frames have one ray
@@ -26,8 +27,9 @@ export async function clearLive(app, step, shot, base) {
   const compared = (generation, name) =>
     comparedAround(app, shot, base, generation, `42-${name}`, APART, "&samples=1");
 
-  await step("draws glass before a colour live like the server", async () => {
-    const scene = { mesh: "knob", lights: [{}], backdrop: { kind: "color", color: [0.8, 0.5, 0.2] } };
+  await step("draws glass before a picture, clear in parts, live like the server", async () => {
+    const backdrop = { kind: "image", image: await uploaded(base, await glass(page)) };
+    const scene = { mesh: "knob", lights: [{}], backdrop };
     const generation = await opened("Glass", "paint-glass", scene, 3);
     const text = await compared(generation, "glass");
     await turnByHand(app, async () => {
@@ -55,6 +57,7 @@ export async function clearLive(app, step, shot, base) {
       mesh: "knob", shadows: true, camera: { orbit_deg: [15, 22] },
       lights: [{ position: [3, 4, 2.5] }, { kind: "directional", direction: [2, -2, -1] }],
       ground: {}, film: { exposure: -1, tone: "none" },
+      backdrop: { kind: "color", color: [0.8, 0.5, 0.2] },
       objects: [
         { mesh: "sphere", position: [1.1, 0, 0.6], scale: 0.4, stands: true, material: "paint-toon" },
       ],

@@ -50,7 +50,7 @@ const bumps = (page) =>
   });
 
 /** PNG that is opaque on the left and clear on the right, drawn by the browser. @returns base64 */
-const glass = (page) =>
+export const glass = (page) =>
   page.evaluate(() => {
     const canvas = document.createElement("canvas");
     [canvas.width, canvas.height] = [150, 400];
@@ -248,7 +248,7 @@ export async function sceneImagesByFinger(app, step, shot) {
 }
 
 /** Uploads a PNG; returns its id. @param {string} base @param {string} base64 */
-async function uploaded(base, base64) {
+export async function uploaded(base, base64) {
   const headers = { "content-type": "image/png" };
   const body = Buffer.from(base64, "base64");
   const answer = await fetch(`${base}/v1/images`, { method: "POST", headers, body });

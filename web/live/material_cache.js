@@ -47,7 +47,6 @@ const ofIndividual = ({ id }) => `/v1/individuals/${id}/exports/glsl-es-300?`;
 /** True if an entry is known to be a painted material. @param {Entry} entry */
 const isPaintedEntry = ({ source }) => source !== null && isStyle(source);
 
-
 export class MaterialCache {
   /** @type {Map<string, Entry>} */
   #entries = new Map();

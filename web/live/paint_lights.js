@@ -27,7 +27,6 @@ const DARK = {
   place: [0, 0, 1], isDirection: true, color: [0, 0, 0], cone: EVERY_WAY, index: 0, degrees: 0,
 };
 
-
 /**
  * Mean lights of environments by the names of their images.
  */

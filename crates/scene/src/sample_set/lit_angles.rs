@@ -110,8 +110,8 @@ impl LitAngles {
         self.side
     }
 
-    /// Angles row by row from the bottom, for one light after the other; with clear parts then again
-    /// for all lights, through these parts.
+    /// Angles row by row from the bottom, for one light after the other; with clear parts then
+    /// again for all lights, through these parts.
     #[must_use]
     pub fn toggles(&self) -> &[Toggles] {
         &self.toggles
