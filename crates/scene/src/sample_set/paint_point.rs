@@ -29,7 +29,7 @@ pub(super) struct PaintPoint {
     pub keeps_seen: bool,
 }
 
-/// What painted materials read at points, as a structure of arrays.
+/// Buffer of points as painted materials read them, as a structure of arrays.
 #[derive(Debug, Default)]
 pub(super) struct PaintBuffer {
     pub own: Vec<[f32; 4]>,
