@@ -4,7 +4,7 @@
 import { strict as assert } from "node:assert";
 
 import { comparedAround, openLineage } from "./drawn_live.mjs";
-import { noneLit } from "./live.mjs";
+import { hold, noneLit, slide } from "./live.mjs";
 import { goTo, turnByHand } from "./materials.mjs";
 import { glass, uploaded } from "./scene_images.mjs";
 
@@ -63,6 +63,22 @@ export async function clearLive(app, step, shot, base) {
       ],
     };
     return compared(await opened("Clear shadows", "paint-jelly", scene, 6), "glass-shadows");
+  });
+
+  await step("keeps the server's pictures of glass in an environment, beside live frames", async () => {
+    const lights = [{}, { kind: "environment", image: "studio" }];
+    const { individuals } = await opened("Glass in a studio", "paint-glass", { mesh: "knob", lights }, 5);
+    const code = individuals.map(({ id }) => fetch(`${base}/v1/individuals/${id}/exports/glsl-es-300`));
+    const texts = await Promise.all((await Promise.all(code)).map((answer) => answer.text()));
+    const opaque = texts.filter((text) => !text.includes("StyledGlass")).length;
+    assert.ok(opaque > 0 && opaque < 20, `${opaque} children have no glass`);
+    await hold(app, "light", 75);
+    const isLit = (count) => document.querySelectorAll(".pictures.lit").length === count;
+    await page.waitForFunction(isLit, opaque);
+    await shot("42-glass-studio");
+    await app.reshown(() => slide(app, "light", 75));
+    await noneLit(page);
+    return `${opaque} of 20 are live`;
   });
 
   await goTo(app, before);

@@ -71,6 +71,7 @@ export class ClearBodies {
    */
   prepare(gl, { scene, slots }, drawn) {
     const clear = drawn.filter(({ material }) => material.index !== null);
+    if (clear.length === 0) return new Map();
     const of = { key: endsKey(scene), sceneId: scene.id ?? "", slots, hasShadows: scene.shadows };
     this.#ends.begin();
     // The centre is requested first, because users look there first.

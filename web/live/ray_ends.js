@@ -116,9 +116,11 @@ export class RayEnds {
    * @returns {Ends|null}
    */
   of(gl, { key, sceneId, slots, hasShadows }, { index, side }) {
-    // Each set of angles has its part of a texture, whose side is at most sqrt(3) times the pixels.
-    const most = Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / (2 * slots * 1.8));
-    const largest = hasShadows ? Math.min(most, largestLit(slots)) : LARGEST_SIDE;
+    // Each light and each set of angles has its part of a texture, whose side is at most sqrt(3)
+    // times the pixels.
+    const sets = hasShadows ? 2 * slots : slots;
+    const most = Math.floor(gl.getParameter(gl.MAX_TEXTURE_SIZE) / (1.8 * sets));
+    const largest = hasShadows ? Math.min(most, largestLit(slots)) : most;
     const pixels = Math.max(16, Math.min(side, LARGEST_SIDE, largest));
     const own = JSON.stringify([key, index, pixels, slots]);
     const held = this.#held.get(own);

@@ -262,7 +262,7 @@ mod tests {
         ];
         let places = parts.map(|part| text.find(part).unwrap_or_else(|| panic!("{part}\n{text}")));
         assert!(places.is_sorted(), "{places:?}\n{text}");
-        let body = &text[places[2]..places[4]];
+        let body = &text[places[3]..places[5]];
         assert!(!body.contains("glass.") && !body.contains("way_"), "{body}");
         let without = printed(&GLASS.replace("index", "strength 0\nindex"), Format::GlslEs300, 2);
         assert!(!without.contains("Glass") && !without.contains("styled_body"), "{without}");
