@@ -1,7 +1,7 @@
 /**
- * Clear subjects: what their rays see, coloured once for an angle of the light and shared by all
- * frames of a size whose materials have the same index of refraction. A ray that ends at the
- * subject itself, at most one of 500 on the built-in meshes, sees the colour of the depth.
+ * Colours that the rays of clear subjects see, made once for an angle of the light. Frames of one
+ * size whose materials have the same index of refraction share them. A ray that ends at the subject
+ * itself, at most one of 500 on the built-in meshes, sees the colour of the depth.
  *
  * @import { Cell, Scene } from "../model.js"
  * @import { Picture } from "./backdrop_picture.js"
@@ -12,9 +12,7 @@
  * @import { Ends } from "./ray_ends.js"
  * @import { SurfacePrograms } from "./surface.js"
  */
-import { drawMaterial } from "./material.js";
-import { develop, linkDevelop } from "./others.js";
-import { drawPainted } from "./paint.js";
+import { develop, drawPart, linkDevelop } from "./others.js";
 import { OUTLINED, linkNow, read, uniformLocation } from "./program.js";
 import { RayEnds, endsKey } from "./ray_ends.js";
 import { drawWithin, lightSurface } from "./surface.js";
@@ -89,8 +87,8 @@ export class ClearBodies {
    * @param {{pens: SurfacePrograms, dark: Linked[], painted: PaintedSurfaces}} tools
    * @param {Ends} ends
    * @param {Material[]} materials of the other parts
-   * @param {Light & {passed: number}} light `passed`: share of light that passes through the
-   * subject
+   * @param {Light & {passed: number}} light
+   *   `passed`: share of light that passes through the subject
    * @param {{scene: Scene, picture: Picture|null, gain: number, tone: number}} film `picture`: of
    *   the backdrop; `gain`: for the lights of `light`
    */
@@ -105,15 +103,11 @@ export class ClearBodies {
       }
       const { lights, paintLights } = light;
       const shadows = ends.shadowsOf(light.passed);
-      const where = { gain: 1, tone: 0, marks: false, adds: false };
       for (const [index, surface] of others.entries()) {
         const material = materials[index];
         const paint = material.painted ? painted.lightEnds(gl, ends, { ...light, shadows }) : null;
         if (!paint) lightSurface(gl, pens, surface, lights, shadows);
-        gl.bindFramebuffer(gl.FRAMEBUFFER, ends.framebuffers[paint ? 1 : 0]);
-        if (paint) drawPainted(gl, material.linked, surface, { paint, lights: paintLights, corner: [0, 0] });
-        else
-          drawMaterial(gl, material, dark, { surface, lights, around: 1 }, { ...where, corner: [0, 0] });
+        drawPart(gl, dark, ends.framebuffers, material, { surface, paint, lights, paintLights });
       }
       ends.shaded = light.key;
       ends.developed = "";

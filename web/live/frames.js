@@ -1,6 +1,7 @@
 /**
- * Drawing of the frames whose materials are ready. Frames through whose materials equally much
- * light passes share the light on all parts, and the pictures of the other parts.
+ * Drawing of the frames whose materials are ready. Frames whose materials let the same share of
+ * light pass are drawn together: they share the light on all parts, and the pictures of the other
+ * parts.
  *
  * @import { Cell, Scene } from "../model.js"
  * @import { Picture } from "./backdrop_picture.js"
@@ -64,7 +65,7 @@ export class FramePainter {
   draw(gl, tools, frames, of) {
     const { pens, small, large, metering } = tools;
     /** @param {Frame} frame */
-    const surfaceOf = ({ cell }) => (cell === "centre" ? large : small)[0];
+    const surfaceOf = ({ cell }) => surfacesOf(tools, cell)[0];
     for (const frame of frames)
       if (frame.material.spheres)
         drawSurroundings(gl, pens, surfaceOf(frame), frame.material.spheres);
@@ -84,7 +85,7 @@ export class FramePainter {
   }
 
   /**
-   * Draws frames through whose materials the same share of light passes.
+   * Draws frames whose materials let the same share of light pass.
    * @param {WebGL2RenderingContext} gl
    * @param {Tools} tools
    * @param {Frame[]} frames
@@ -103,14 +104,12 @@ export class FramePainter {
       const shown = { key: standing, mesh: parts[surface.part], view };
       return this.#painted.prepare(gl, surface, shown, { key, lights: under, shadows });
     };
-    /** @param {Cell} cell */
-    const surfacesOf = (cell) => (cell === "centre" ? tools.large : tools.small);
     const decided = beside?.gains?.gainAt(degrees) ?? null;
     const tone = toneNumber(scene.film.tone);
     /** @param {Material} material */
     const gainOf = (material) => gainIn(scene, material, strength, decided);
     for (const { cell, material } of frames) {
-      const [surface] = surfacesOf(cell);
+      const [surface] = surfacesOf(tools, cell);
       if (material.painted && paintLights) paintOf(surface, paintLights);
       else if (this.#lit.get(surface) !== key) {
         lightSurface(gl, pens, surface, lights, shadows);
@@ -125,7 +124,7 @@ export class FramePainter {
       paintLights,
     };
     if (beside && light)
-      for (const surfaces of new Set(frames.map(({ cell }) => surfacesOf(cell))))
+      for (const surfaces of new Set(frames.map(({ cell }) => surfacesOf(tools, cell))))
         if (!this.#others.shade(gl, tools, surfaces, beside.materials, light)) return false;
     for (const { cell, material } of frames) {
       const ends = glass.get(cell);
@@ -136,10 +135,10 @@ export class FramePainter {
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     for (const { cell, corner, material } of frames) {
-      const [surface] = surfacesOf(cell);
+      const [surface] = surfacesOf(tools, cell);
       const where = { corner, gain: gainOf(material), tone, marks, adds: beside !== null };
       if (beside) {
-        this.#others.copy(gl, surfacesOf(cell), { ...where, gain: where.gain * strength });
+        this.#others.copy(gl, surfacesOf(tools, cell), { ...where, gain: where.gain * strength });
         gl.enable(gl.BLEND);
         gl.blendFunc(gl.ONE, gl.ONE);
       }
@@ -173,6 +172,9 @@ export class FramePainter {
     this.forget();
   }
 }
+
+/** Surfaces of all parts as a frame shows them. @param {Tools} tools @param {Cell} cell */
+const surfacesOf = ({ small, large }, cell) => (cell === "centre" ? large : small);
 
 /**
  * Gain of the film for a frame.

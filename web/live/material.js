@@ -101,21 +101,23 @@ void main() {
 export const isStyle = (source) => source.includes("vec3 styled(");
 
 /**
- * @typedef {{linked: Linked, painted: boolean, index: number|null, passed: number, bumps:
- *   boolean, metered: boolean, lights: number, spheres: Spheres|null, state:
+ * @typedef {{linked: Linked, painted: boolean, index: number|null, passed: number, bumps: boolean,
+ *   metered: boolean, lights: number, spheres: Spheres|null, state:
  *   "linking"|"metering"|"ready"|"refused", drawable: boolean, gain: number, fence: WebGLSync|null,
- *   pixels: WebGLBuffer|null}} Material `painted`: true if it has colours, not a BRDF. `index`: of
- *   refraction of a clear one, else null. `passed`: share of light that passes through it. `bumps`:
- *   true if it has some. `metered`: true if it has an exposure. `spheres`: null without
- *   environments. `state`: the shader is being compiled, the exposure is being measured, done, or
- *   the driver rejected the shader. `drawable`: true from the first measurement on. `gain`: of
- *   automatic exposure. `fence`, `pixels`: of the measurement while it runs.
+ *   pixels: WebGLBuffer|null}} Material
+ *   `painted`: true if it has colours, not a BRDF. `index`: of refraction of a clear one, else
+ *   null. `passed`: share of light that passes through it. `bumps`: true if it has some. `metered`:
+ *   true if it has an exposure. `spheres`: null without environments. `state`: the shader is being
+ *   compiled, the exposure is being measured, done, or the driver rejected the shader. `drawable`:
+ *   true from the first measurement on. `gain`: of automatic exposure. `fence`, `pixels`: of the
+ *   measurement while it runs.
  *
  * @typedef {{surface: Surface, lights: PointLight[], around: number}} Look A surface, the lights in
  *   its slots, and the factor of environments. On the meter's surface these are the scene's lights
  *   at each measured angle, angle after angle.
  *
- * @typedef {Omit<Look, "surface"> & {surface: Shaded}} ShadedLook
+ * @typedef {Omit<Look, "surface"> & {surface: Shaded}} ShadedLook As `Look`, also on the ends of
+ * rays
  *
  * @typedef {{framebuffer: WebGLFramebuffer, texture: WebGLTexture}} Meter Holds one picture for
  *   each measured angle, side by side.

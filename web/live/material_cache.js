@@ -24,13 +24,14 @@ const AGAIN_MS = 5000;
 
 /**
  * @typedef {{source: string|null, isClear: boolean, within: number, lights: number, file:
- * ArrayBuffer|null, environment: string, material: Material|null, fetching: boolean, failed:
- * boolean, hasFailed: boolean, refused: boolean, used: number}} Entry `source`: GLSL; `isClear`:
- * true if it is of a clear material; `within`, `lights`: bound on the texture coordinates, and
- * number of lights of painted materials, for which it was generated; `file`: lit spheres in the
- * environments of the key `environment`, which the material may not have yet; `failed`: the server
- * refused the request or could not be reached a moment ago; `hasFailed`: nothing has come since;
- * `refused`: the server refused the request; `used`: time of the last use, in calls of `work`.
+ *   ArrayBuffer|null, environment: string, material: Material|null, fetching: boolean, failed:
+ *   boolean, hasFailed: boolean, refused: boolean, used: number}}
+ *   Entry `source`: GLSL; `isClear`: true if it is of a clear material; `within`, `lights`: bound
+ *   on the texture coordinates, and number of lights of painted materials, for which it was
+ *   generated; `file`: lit spheres in the environments of the key `environment`, which the material
+ *   may not have yet; `failed`: the server refused the request or could not be reached a moment
+ *   ago; `hasFailed`: nothing has come since; `refused`: the server refused the request; `used`:
+ *   time of the last use, in calls of `work`.
  *
  * @typedef {{meter: Meter, look: Look, pens: SurfacePrograms, within: number, environment:
  *   Environment, together: number, painting: number, clearing: boolean}}

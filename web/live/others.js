@@ -6,12 +6,12 @@
  * @import { Scene } from "../model.js"
  * @import { Making } from "./material_cache.js"
  * @import { Material } from "./material.js"
- * @import { Paint } from "./paint.js"
+ * @import { Paint, Seen } from "./paint.js"
  * @import { PaintLight } from "./paint_lights.js"
  * @import { Linked } from "./program.js"
  * @import { PointLight } from "./camera.js"
  * @import { Shadows } from "./shadows.js"
- * @import { Surface, SurfacePrograms } from "./surface.js"
+ * @import { Shaded, Surface, SurfacePrograms } from "./surface.js"
  * @import { Tools } from "./tools.js"
  */
 import { materialsOf } from "./camera.js";
@@ -156,15 +156,11 @@ export class OtherParts {
     }
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE);
-    const where = { gain: 1, tone: 0, marks: false, adds: true };
     for (const [index, surface] of others.entries()) {
       const material = materials[index];
       const made = material.painted ? paint(surface) : null;
-      gl.bindFramebuffer(gl.FRAMEBUFFER, held.framebuffers[made ? 1 : 0]);
-      if (made)
-        drawPainted(gl, material.linked, surface, { paint: made, lights: paintLights, corner: [0, 0] });
-      else
-        drawMaterial(gl, material, dark, { surface, lights, around: 1 }, { ...where, corner: [0, 0] });
+      const look = { surface, paint: made, lights, paintLights };
+      drawPart(gl, dark, held.framebuffers, material, look);
     }
     gl.disable(gl.BLEND);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -218,6 +214,24 @@ export class OtherParts {
     this.#exposure.lose();
     this.#cache.lose();
   }
+}
+
+/**
+ * Draws the linear light of a part.
+ * @param {WebGL2RenderingContext} gl
+ * @param {Linked[]} dark
+ * @param {WebGLFramebuffer[]} into of parts with BRDFs and of painted ones
+ * @param {Material} material
+ * @param {{surface: Shaded, paint: Seen|null, lights: PointLight[], paintLights: PaintLight[]}}
+ * look `paint`: of a painted material
+ */
+export function drawPart(gl, dark, into, material, { surface, paint, lights, paintLights }) {
+  /** @type {[number, number]} */
+  const corner = [0, 0];
+  gl.bindFramebuffer(gl.FRAMEBUFFER, into[paint ? 1 : 0]);
+  const where = { corner, gain: 1, tone: 0, marks: false, adds: true };
+  if (paint) drawPainted(gl, material.linked, surface, { paint, lights: paintLights, corner });
+  else drawMaterial(gl, material, dark, { surface, lights, around: 1 }, where);
 }
 
 /** @param {WebGL2RenderingContext} gl */

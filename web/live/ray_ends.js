@@ -8,12 +8,13 @@
  * @import { Shaded } from "./surface.js"
  */
 import { getBytes } from "../api/request.js";
-import { drawsInto, areComplete } from "./raster.js";
+import { readHead } from "./file.js";
+import { areComplete, drawsInto } from "./raster.js";
 import { NO_SHADOWS, makeTexture, placesKey, shadowKey } from "./shadows.js";
 import { dropWithin, makeWithin } from "./surface.js";
 import { texture } from "./texture.js";
 
-const MAGIC = "broodend";
+const HEAD = { magic: "broodend", version: 1, name: "ray ends", count: 4 };
 /** Number of bytes before the numbers of rows. */
 const HEAD_BYTES = 28;
 /** Largest side that is requested; larger pictures read the nearest pixel. */
@@ -27,15 +28,16 @@ const KEPT_BYTES = 2 ** 28;
 
 /**
  * @typedef {{pixels: number, bytes: number, numbers: WebGLTexture, lengths: WebGLTexture, side:
- * number, whole: boolean, all: Shaded, parts: Shaded[], paint: EndPaint, angles: WebGLTexture,
- * shadowsOf: (passed: number) => Shadows, lit: WebGLTexture[], framebuffers: WebGLFramebuffer[],
- * colors: WebGLTexture, colorFramebuffer: WebGLFramebuffer, shaded: string, developed: string,
- * used: number}} Ends `pixels`: side of the picture. `bytes`: of all textures. `numbers`,
- * `lengths`: of the rays of each pixel. `side`: of the textures with an end in each texel. `whole`:
- * false if there was not enough memory. `all`: all ends; `parts`: those on the subject, the other
- * objects, the ground, and behind all. `angles`: at which lights reach ends. `lit`: light of parts
- * with BRDFs and of painted ones, linear. `colors`: colours of the film. `shaded`, `developed`:
- * keys of what these show. `used`: time of the last use.
+ *   number, whole: boolean, all: Shaded, parts: Shaded[], paint: EndPaint, angles: WebGLTexture,
+ *   shadowsOf: (passed: number) => Shadows, lit: WebGLTexture[], framebuffers: WebGLFramebuffer[],
+ *   colors: WebGLTexture, colorFramebuffer: WebGLFramebuffer, shaded: string, developed: string,
+ *   used: number}} Ends
+ *   `pixels`: side of the picture. `bytes`: of all textures. `numbers`, `lengths`: of the rays of
+ *   each pixel. `side`: of the textures with an end in each texel. `whole`: false if there was not
+ *   enough memory. `all`: all ends; `parts`: those on the subject, the other objects, the ground,
+ *   and behind all. `angles`: at which lights reach ends. `lit`: light of parts with BRDFs and of
+ *   painted ones, linear. `colors`: colours of the film. `shaded`, `developed`: keys of what these
+ *   show. `used`: time of the last use.
  *
  * @typedef {{own: WebGLTexture, cosines: WebGLTexture, arriving: WebGLTexture, framebuffer:
  *   WebGLFramebuffer, lit: string}} EndPaint What painted materials read; `lit`: key of the lights
@@ -55,13 +57,8 @@ export const endsKey = (scene) => JSON.stringify([placesKey(scene), shadowKey(sc
  * @param {ArrayBuffer} bytes
  */
 export function readRayEnds(bytes) {
+  const [pixels, side, parts, sets] = readHead(bytes, HEAD);
   const file = new DataView(bytes);
-  const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
-  const [version, pixels, side, parts, sets] = [8, 12, 16, 20, 24].map((at) =>
-    file.getUint32(at, true),
-  );
-  if (magic !== MAGIC || version !== 1)
-    throw new Error("the ray ends are of another version than the page");
   const rows = Array.from({ length: parts }, (_, k) => file.getUint32(HEAD_BYTES + 4 * k, true));
   let at = HEAD_BYTES + 4 * parts;
   /** @template T @param {new (from: ArrayBuffer, at: number, count: number) => T} kind */

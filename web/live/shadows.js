@@ -7,10 +7,11 @@
  * @import { Linked } from "./program.js"
  */
 import { getBytes } from "../api/request.js";
+import { readHead } from "./file.js";
 import { uniformLocation } from "./program.js";
 import { texture } from "./texture.js";
 
-const MAGIC = "broodang";
+const HEAD = { magic: "broodang", version: 1, name: "lit angles", count: 2 };
 /** Number of bytes before the angles. */
 const HEAD_BYTES = 20;
 /** Angles of a circle. */
@@ -102,11 +103,7 @@ export function placesKey(scene) {
  * @param {ArrayBuffer} bytes
  */
 export function readAngles(bytes) {
-  const file = new DataView(bytes);
-  const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
-  const [version, side, lights] = [8, 12, 16].map((at) => file.getUint32(at, true));
-  if (magic !== MAGIC || version !== 1)
-    throw new Error("the lit angles are of another version than the page");
+  const [side, lights] = readHead(bytes, HEAD);
   const pairs = new Uint32Array(bytes, HEAD_BYTES, (TOGGLES / 2) * side * side * lights);
   return { side, lights, pairs };
 }

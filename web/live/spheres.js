@@ -16,6 +16,7 @@
 import { getBytes } from "../api/request.js";
 import { postGenome } from "../api/routes.js";
 import { axes } from "../scene/rotation.js";
+import { readHead } from "./file.js";
 import { texture } from "./texture.js";
 
 /** Texels along the side of a sphere at rest. */
@@ -25,9 +26,7 @@ const ROWS = 3;
 /** Number of turns while environments turn, and texels along the side of a sphere. */
 const TURNS = 18;
 const TURNED_TEXELS = 32;
-const MAGIC = "broodlit";
-/** Version of files. */
-const VERSION = 3;
+const HEAD = { magic: "broodlit", version: 3, name: "lit spheres", count: 2 };
 /** Number of bytes before the texels. */
 const HEAD_BYTES = 24;
 /** Texels along the side of a backdrop. */
@@ -241,12 +240,10 @@ function isUpright(camera) {
  * @param {ArrayBuffer} bytes
  */
 export function readSpheres(bytes) {
+  const [side, turns] = readHead(bytes, HEAD);
   const file = new DataView(bytes);
-  const magic = String.fromCharCode(...new Uint8Array(bytes, 0, 8));
-  const [version, side, turns] = [8, 12, 16].map((at) => file.getUint32(at, true));
-  const expected = turns === 1 ? TEXELS : TURNED_TEXELS;
-  if (magic !== MAGIC || version !== VERSION || side !== expected)
-    throw new Error("the lit spheres are of another version than the page");
+  if (side !== (turns === 1 ? TEXELS : TURNED_TEXELS))
+    throw new Error("the lit spheres have another size than the page expects");
   const across = turns === 1 ? ROWS * side : side;
   const height = ROWS * side * turns;
   const texels = new Uint16Array(bytes, HEAD_BYTES, 3 * across * height);

@@ -1,27 +1,8 @@
-/** Ray ends as the page reads them. */
+/** Keys of ray ends, and constants of clear materials. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { indexOf } from "../live/paint.js";
-import { endsKey, readRayEnds } from "../live/ray_ends.js";
-
-test("a file of ray ends is read in blocks, and one of another version is refused", () => {
-  const [pixels, side, rows] = [3, 2, [0, 1, 1]];
-  const bytes = new ArrayBuffer(28 + 4 * 3 + 24 * 9 + (48 + 2 * 16) * side * 2);
-  const file = new DataView(bytes);
-  [..."broodend"].forEach((letter, k) => file.setUint8(k, letter.charCodeAt(0)));
-  [1, pixels, side, 3, 2, ...rows].forEach((number, k) => file.setUint32(8 + 4 * k, number, true));
-  const positions = 40 + 24 * 9;
-  file.setFloat32(positions + 16, 2.5, true);
-  file.setUint16(bytes.byteLength - 2, 7, true);
-  const found = readRayEnds(bytes);
-  assert.deepEqual([found.pixels, found.side, found.rows], [pixels, side, rows]);
-  assert.deepEqual([found.numbers.length, found.lengths.length], [36, 36]);
-  assert.equal(found.positions[4], 2.5, "the second end");
-  assert.equal(found.angles.length, 2);
-  assert.equal(found.angles[1].at(-1), 7 << 16, "the last block ends with the file");
-  file.setUint32(8, 2, true);
-  assert.throws(() => readRayEnds(bytes), /another version/);
-});
+import { indexOf, passedOf } from "../live/paint.js";
+import { endsKey } from "../live/ray_ends.js";
 
 test("ends depend on places, on lights only with shadows, not on materials", () => {
   const scene = /** @type {import("../model.js").Scene} */ ({
@@ -41,7 +22,9 @@ test("ends depend on places, on lights only with shadows, not on materials", () 
   assert.notEqual(endsKey({ ...scene, shadows: true }), key);
 });
 
-test("exported code names the index of refraction of a clear material", () => {
-  assert.equal(indexOf("precision highp float;\nconst float STYLED_INDEX = 1.33;\n"), 1.33);
-  assert.equal(indexOf("vec3 styled(StyledPoint at) {}"), null);
+test("exported code has the constants of a clear material", () => {
+  const clear = "precision highp float;\nconst float STYLED_INDEX = 1.33;\nconst float STYLED_PASSED = 0.875;\n";
+  assert.deepEqual([indexOf(clear), passedOf(clear)], [1.33, 0.875]);
+  const opaque = "vec3 styled(StyledPoint at) {}";
+  assert.deepEqual([indexOf(opaque), passedOf(opaque)], [null, 0]);
 });

@@ -1,21 +1,10 @@
-/** Lit angles as the page reads them. */
+/** Keys and angles of shadows. */
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { angleOf, readAngles, shadowKey } from "../live/shadows.js";
+import { angleOf, shadowKey } from "../live/shadows.js";
 
 test("angles of the light are those of files", () => {
   assert.deepEqual([0, 360, -90, 75.5, 359.999].map(angleOf), [0, 0, 49151, 13744, 65534]);
-});
-
-test("a file of lit angles is read, and one of another version is refused", () => {
-  const bytes = new ArrayBuffer(20 + 16 * 2 * 9);
-  const file = new DataView(bytes);
-  [..."broodang"].forEach((letter, k) => file.setUint8(k, letter.charCodeAt(0)));
-  [1, 3, 2].forEach((number, k) => file.setUint32(8 + 4 * k, number, true));
-  const { side, lights, pairs } = readAngles(bytes);
-  assert.deepEqual([side, lights, pairs.length], [3, 2, 72]);
-  file.setUint32(8, 2, true);
-  assert.throws(() => readAngles(bytes), /another version/);
 });
 
 test("shadows depend on places, not on strengths or the present angle", () => {

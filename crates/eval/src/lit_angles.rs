@@ -32,14 +32,17 @@ pub fn encode_angles(angles: &LitAngles) -> Vec<u8> {
 /// True if bytes are lit angles of a picture of this side, complete.
 #[must_use]
 pub fn are_angles(bytes: &[u8], side: u32) -> bool {
-    let number = |at: usize| {
-        let chunk = bytes.get(at..).and_then(<[u8]>::first_chunk);
-        chunk.map_or(0, |chunk| u32::from_le_bytes(*chunk))
-    };
+    let number = |at: usize| word_at(bytes, at);
     let angles = side as usize * side as usize * number(16) as usize;
     bytes.starts_with(MAGIC)
         && [number(8), number(12)] == [VERSION, side]
         && bytes.len() == HEAD + angles * size_of::<Toggles>()
+}
+
+/// Returns the little-endian number at a place; 0 beyond the end.
+pub(crate) fn word_at(bytes: &[u8], at: usize) -> u32 {
+    let chunk = bytes.get(at..).and_then(<[u8]>::first_chunk);
+    chunk.map_or(0, |chunk| u32::from_le_bytes(*chunk))
 }
 
 #[cfg(test)]

@@ -3,6 +3,8 @@
 use brood_scene::{PixelRays, RayEnd, RayEnds, Toggles};
 use half::f16;
 
+use crate::lit_angles::word_at;
+
 const MAGIC: &[u8; 8] = b"broodend";
 const VERSION: u32 = 1;
 /// Bytes before the numbers of rows.
@@ -105,10 +107,7 @@ fn halves(values: [f32; 4]) -> impl Iterator<Item = u8> {
 /// True if bytes are ray ends of a picture of this side, complete.
 #[must_use]
 pub fn are_ray_ends(bytes: &[u8], side: u32) -> bool {
-    let number = |at: usize| {
-        let chunk = bytes.get(at..).and_then(<[u8]>::first_chunk);
-        chunk.map_or(0, |chunk| u32::from_le_bytes(*chunk))
-    };
+    let number = |at: usize| word_at(bytes, at);
     let (across, parts, sets) = (u64::from(number(16)), number(20) as usize, u64::from(number(24)));
     if !bytes.starts_with(MAGIC) || [number(8), number(12)] != [VERSION, side] {
         return false;

@@ -34,7 +34,8 @@ pub struct AnglesQuery {
     /// 256 MiB.
     #[param(minimum = 16, maximum = 1024)]
     side: u32,
-    /// True for the lights once more, as if the subject took no light. Default: false.
+    /// True to append the angles of all lights as if they shone through the subject. Default:
+    /// false.
     #[serde(default)]
     clear: bool,
 }

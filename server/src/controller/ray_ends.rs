@@ -51,8 +51,8 @@ pub struct RayEndsQuery {
 /// and 1 (f32), and in f16 what painted materials read (n.e, depth and their gradients), direction
 /// against the ray along tangent and n x tangent with the texture position, normal and 1, tangent
 /// and 0. The position behind all is that in the picture of a backdrop. Then, for each set of
-/// angles, eight u16 for each end: of a scene that has lit angles, those of its lights, and once
-/// more as if the subject took no light.
+/// angles, eight u16 for each end: of a scene that has lit angles, those of its lights, then those
+/// of its lights as if they shone through the subject.
 #[utoipa::path(get, path = "/v1/scenes/{id}/ray-ends", tag = "scenes",
     params(("id" = SceneId, Path), RayEndsQuery),
     responses((status = 200, content_type = "application/octet-stream"),

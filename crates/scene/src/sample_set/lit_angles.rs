@@ -28,7 +28,7 @@ pub type Toggles = [u16; 8];
 /// Angles at which a light reaches a point, and those at which it does through clear parts.
 pub(super) type Passages = [Toggles; 2];
 
-/// No light ever.
+/// Angles of a light that never reaches a point.
 const DARK: Passages = [[NEVER; 8]; 2];
 /// Number of rays that a thread follows at a time.
 const TOGETHER: usize = 64;
@@ -57,10 +57,8 @@ impl LitAngles {
         let tracing = Tracing::new(scene, &stage, side);
         let rows: Vec<Vec<Option<Vec<Passages>>>> =
             (0..side).into_par_iter().with_max_len(1).map(|row| tracing.row(row, side)).collect();
-        let beside = |x: u32, y: u32| {
-            let near = |at: u32| at.saturating_sub(1)..=(at + 1).min(side - 1);
-            let mut pixels = near(y).flat_map(|y| near(x).map(move |x| (x, y)));
-            pixels.find_map(|(x, y)| rows[y as usize][x as usize].as_ref())
+        let near = |x: u32, y: u32| {
+            pixels_near((x, y), side).find_map(|(x, y)| rows[y as usize][x as usize].as_ref())
         };
         let lights = tracing.lights.len();
         let kinds = if stage.clear().is_empty() { 1 } else { 2 };
@@ -68,8 +66,7 @@ impl LitAngles {
         for (kind, light) in (0..kinds).flat_map(|kind| (0..lights).map(move |k| (kind, k))) {
             for y in (0..side).rev() {
                 for x in 0..side {
-                    let own = rows[y as usize][x as usize].as_ref().or_else(|| beside(x, y));
-                    toggles.push(own.map_or(DARK, |lights| lights[light])[kind]);
+                    toggles.push(near(x, y).map_or(DARK, |lights| lights[light])[kind]);
                 }
             }
         }
@@ -128,6 +125,13 @@ impl LitAngles {
     pub fn is_lit(toggles: &Toggles, angle: u16) -> bool {
         toggles.iter().filter(|toggle| **toggle <= angle).count() % 2 == 1
     }
+}
+
+/// Returns a pixel of a square picture, then those beside it.
+pub(super) fn pixels_near((x, y): (u32, u32), side: u32) -> impl Iterator<Item = (u32, u32)> {
+    let range = move |at: u32| at.saturating_sub(1)..=(at + 1).min(side - 1);
+    let beside = range(y).flat_map(move |y| range(x).map(move |x| (x, y)));
+    std::iter::once((x, y)).chain(beside)
 }
 
 /// Scene whose points are traced.

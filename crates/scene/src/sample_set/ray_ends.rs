@@ -1,12 +1,12 @@
-//! Ends of the rays of a clear body: the points that its mirror and its inside show. The page
-//! colours them while lights move.
+//! Ends of the rays of a clear body: the points that are seen in its mirror and through it. The
+//! page colours them while lights move.
 
 use brood_light::LightAssets;
 use brood_mesh::trace::Ray;
 use glam::{DVec3, Vec2, Vec3};
 
 use super::clear::WayOut;
-use super::lit_angles::{LitAngles, Toggles};
+use super::lit_angles::{LitAngles, Toggles, pixels_near};
 use super::sampling::{PixelArea, Raster, Sampling};
 use super::seen_point::{LeavingRay, SeenPoint};
 use super::set::SampleSet;
@@ -35,7 +35,7 @@ pub struct PixelRays {
     pub ends: [Option<(usize, usize)>; RAYS],
     /// Length of each ray inside the body, in its radii.
     pub lengths: [f32; RAYS],
-    /// Share of the first way of the light of both.
+    /// Share of the first way in the light of both.
     pub share: f32,
 }
 
@@ -170,12 +170,9 @@ fn angles_of(
 
 /// Returns the pixels, and for those without rays the rays of one beside it.
 fn with_edges(pixels: &[PixelRays], side: u32) -> Vec<PixelRays> {
-    let at = |x: u32, y: u32| &pixels[(y * side + x) as usize];
-    let near = |at: u32| at.saturating_sub(1)..=(at + 1).min(side - 1);
     let own = |x: u32, y: u32| {
-        let beside = near(y).flat_map(|y| near(x).map(move |x| (x, y)));
-        let mut all = std::iter::once((x, y)).chain(beside).map(|(x, y)| at(x, y));
-        all.find(|pixel| pixel.ends[0].is_some()).copied().unwrap_or_default()
+        let mut near = pixels_near((x, y), side).map(|(x, y)| &pixels[(y * side + x) as usize]);
+        near.find(|pixel| pixel.ends[0].is_some()).copied().unwrap_or_default()
     };
     (0..side).flat_map(|y| (0..side).map(move |x| (x, y))).map(|(x, y)| own(x, y)).collect()
 }

@@ -1,4 +1,4 @@
-//! Tests of ray ends: they are where pictures see them.
+//! Tests of ray ends against the samples of pictures.
 
 use brood_brdf::Input;
 use brood_mesh::{BuiltinMesh, Mesh};
@@ -17,20 +17,30 @@ fn scene(json: &str) -> Scene {
 const AMONG: &str = r#"{"mesh": "torus", "rotation_deg": [50, 20, 0], "ground": {},
     "objects": [{"mesh": "ball", "position": [1.2, 0.1, -0.9], "scale": 0.7}]}"#;
 
+/// Meshes of the objects of [`AMONG`], then of its ground.
+fn among() -> [Mesh; 3] {
+    [BuiltinMesh::Torus, BuiltinMesh::Ball, BuiltinMesh::Ground].map(Mesh::builtin)
+}
+
+/// Points of the subject in a picture with a sample a pixel.
+fn points_of(scene: &Scene, stage: &Stage<'_>) -> SampleSet {
+    let (size_px, area) = (SIDE.into(), PixelArea::whole(SIDE));
+    let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
+    SampleSet::render_clear_points(stage.clone(), scene, &LightAssets::default(), raster)
+}
+
 /// Every ray has an end; the ends of a part are those of the samples that its rays see.
 #[test]
 fn ends_are_the_points_that_rays_see() {
     let scene = scene(AMONG);
-    let meshes = [BuiltinMesh::Torus, BuiltinMesh::Ball, BuiltinMesh::Ground].map(Mesh::builtin);
+    let meshes = among();
     let stage = Stage::new(&scene, &meshes[0], &[&meshes[1], &meshes[2]]);
     let ends = RayEnds::trace((&scene, 1.5), stage.clone(), SIDE);
     assert_eq!(ends.parts().len(), 4, "three parts, and what is behind");
     let seen: Vec<usize> = ends.parts().iter().map(Vec::len).collect();
     assert!(seen[1..].iter().all(|seen| *seen > 20), "all others are seen: {seen:?}");
-    let (size_px, area) = (PictureSize::from(SIDE), PixelArea::whole(SIDE));
-    let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
-    let assets = LightAssets::default();
-    let points = SampleSet::render_clear_points(stage.clone(), &scene, &assets, raster);
+    let (size_px, assets) = (PictureSize::from(SIDE), LightAssets::default());
+    let points = points_of(&scene, &stage);
     let mirrored: Vec<LeavingRay> =
         points.mirrored_ways(&stage, 1.5).iter().map(|way| way.leaving).collect();
     let image = points.image().unwrap();
@@ -56,17 +66,14 @@ fn ends_are_the_points_that_rays_see() {
     }
 }
 
-/// The direction against a ray leads back along it.
+/// Ends lie on their rays, and `eye` is the direction against the ray.
 #[test]
 fn ends_are_on_their_rays() {
     let scene = scene(AMONG);
-    let meshes = [BuiltinMesh::Torus, BuiltinMesh::Ball, BuiltinMesh::Ground].map(Mesh::builtin);
+    let meshes = among();
     let stage = Stage::new(&scene, &meshes[0], &[&meshes[1], &meshes[2]]);
     let ends = RayEnds::trace((&scene, 1.33), stage.clone(), SIDE);
-    let (size_px, area) = (PictureSize::from(SIDE), PixelArea::whole(SIDE));
-    let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
-    let points =
-        SampleSet::render_clear_points(stage.clone(), &scene, &LightAssets::default(), raster);
+    let points = points_of(&scene, &stage);
     let ways = points.ways_out(&stage, 1.33);
     let mut tested = [0; 3];
     for (span, ways) in points.image().unwrap().spans().zip(&ways) {
@@ -108,9 +115,7 @@ fn thin_bodies_show_their_mirror_at_the_limb() {
 fn pixels_beside_the_body_have_rays() {
     let (scene, mesh) = (Scene::default(), Mesh::builtin(BuiltinMesh::Knob));
     let ends = RayEnds::trace((&scene, 1.5), &mesh, SIDE);
-    let (size_px, area) = (PictureSize::from(SIDE), PixelArea::whole(SIDE));
-    let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
-    let set = SampleSet::render_points(&mesh, &scene, &LightAssets::default(), raster);
+    let set = points_of(&scene, &(&mesh).into());
     let covered: Vec<bool> =
         set.image().unwrap().coverage.iter().map(|covered| *covered > 0.0).collect();
     let has_rays = |at: usize| ends.pixels()[at].ends[0].is_some();
@@ -129,15 +134,13 @@ fn pixels_beside_the_body_have_rays() {
 #[test]
 fn lights_reach_ends_at_their_angles() {
     let scene = scene(&AMONG.replace("\"ground\"", "\"shadows\": true, \"ground\""));
-    let meshes = [BuiltinMesh::Torus, BuiltinMesh::Ball, BuiltinMesh::Ground].map(Mesh::builtin);
+    let meshes = among();
     let stage = Stage::new(&scene, &meshes[0], &[&meshes[1], &meshes[2]]);
     let subject = |share: f64| stage.with_clear(&[share, 0.0, 0.0]);
     let ends = RayEnds::trace((&scene, 1.5), subject(0.5), SIDE);
     assert_eq!(ends.angles().len(), 2, "one light, both kinds");
-    let (size_px, area) = (PictureSize::from(SIDE), PixelArea::whole(SIDE));
-    let raster = Raster { size_px, sampling: Sampling::Fixed(1), area };
-    let assets = LightAssets::default();
-    let points = SampleSet::render_clear_points(stage.clone(), &scene, &assets, raster);
+    let (size_px, assets) = (PictureSize::from(SIDE), LightAssets::default());
+    let points = points_of(&scene, &stage);
     let rays: Vec<LeavingRay> =
         points.mirrored_ways(&stage, 1.5).iter().map(|way| way.leaving).collect();
     let first: Vec<(usize, usize)> = points

@@ -27,8 +27,8 @@ use crate::stage::Stage;
 
 /// Number of rays of listed pixels that a thread traces at a time.
 const RAYS_TOGETHER: usize = 512;
-/// Largest number of rows, or of parts of a list of rays, that a thread takes at once: rows differ
-/// in cost.
+/// Largest number of rows, or of chunks of rays, that a thread takes at once. Rows differ in cost,
+/// so a larger number lets threads wait.
 pub(super) const ROWS: usize = 4;
 /// Difference of `shade` between a pixel's mean and its centre above which a smooth pixel is
 /// curved.
