@@ -31,13 +31,12 @@ const KEPT_BYTES = 2 ** 28;
  *   number, whole: boolean, all: Shaded, parts: Shaded[], paint: EndPaint, angles: WebGLTexture,
  *   shadowsOf: (passed: number) => Shadows, lit: WebGLTexture[], framebuffers: WebGLFramebuffer[],
  *   colors: WebGLTexture, colorFramebuffer: WebGLFramebuffer, shaded: string, developed: string,
- *   used: number}} Ends
- *   `pixels`: side of the picture. `bytes`: of all textures. `numbers`, `lengths`: of the rays of
- *   each pixel. `side`: of the textures with an end in each texel. `whole`: false if there was not
- *   enough memory. `all`: all ends; `parts`: those on the subject, the other objects, the ground,
- *   and behind all. `angles`: at which lights reach ends. `lit`: light of parts with BRDFs and of
- *   painted ones, linear. `colors`: colours of the film. `shaded`, `developed`: keys of what these
- *   show. `used`: time of the last use.
+ *   used: number}} Ends `pixels`: side of the picture. `bytes`: of all textures. `numbers`,
+ *   `lengths`: of the rays of each pixel. `side`: of the textures with an end in each texel.
+ *   `whole`: false if there was not enough memory. `all`: all ends; `parts`: those on the subject,
+ *   the other objects, the ground, and the background. `angles`: at which lights reach ends. `lit`:
+ *   light of parts with BRDFs and of painted ones, linear. `colors`: colours of the film. `shaded`,
+ *   `developed`: keys of what these show. `used`: time of the last use.
  *
  * @typedef {{own: WebGLTexture, cosines: WebGLTexture, arriving: WebGLTexture, framebuffer:
  *   WebGLFramebuffer, lit: string}} EndPaint What painted materials read; `lit`: key of the lights

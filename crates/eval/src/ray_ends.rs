@@ -18,13 +18,13 @@ const ANGLES: usize = size_of::<Toggles>();
 ///
 /// # Shapes
 /// Little-endian: the magic `broodend`, u32 version, u32 side of the picture in pixels, u32 ends in
-/// a row, u32 parts (the subject, the other objects, the ground, behind all), u32 sets of angles,
-/// and u32 rows of each part. Then, for the pixels row by row from the bottom, four u32 each: the
-/// numbers of the ends of the mirrored ray and of both ways, from 1, 0 without a ray; and 0. Then
-/// four f16 for each pixel: the lengths of these rays inside the body, and the share of the first
-/// way. Then, for the ends part after part, each from a new row, five blocks: position and 1 (f32),
-/// and in f16 what painted materials read, direction against the ray with texture position, normal
-/// and 1, tangent and 0. Places without an end are 0. Then a block for each set of
+/// a row, u32 parts (the subject, the other objects, the ground, the background), u32 sets of
+/// angles, and u32 rows of each part. Then, for the pixels row by row from the bottom, four u32
+/// each: the numbers of the ends of the mirrored ray and of both ways, from 1, 0 without a ray; and
+/// 0. Then four f16 for each pixel: the lengths of these rays inside the body, and the share of the
+/// first way. Then, for the ends part after part, each from a new row, five blocks: position and 1
+/// (f32), and in f16 what painted materials read, direction against the ray with texture position,
+/// normal and 1, tangent and 0. Places without an end are 0. Then a block for each set of
 /// [`RayEnds::angles`], eight u16 an end.
 #[must_use]
 pub fn encode_ray_ends(ends: &RayEnds) -> Vec<u8> {

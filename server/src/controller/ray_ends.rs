@@ -43,16 +43,16 @@ pub struct RayEndsQuery {
 /// normal maps.
 ///
 /// Little-endian: `broodend`, u32 version (1), u32 side, u32 ends in a row, u32 parts (the subject,
-/// the other objects, the ground, behind all), u32 sets of angles, and u32 rows of each part. Then,
-/// for the pixels row by row from the bottom, four u32 each: the numbers of the ends of the
+/// the other objects, the ground, the background), u32 sets of angles, and u32 rows of each part.
+/// Then, for the pixels row by row from the bottom, four u32 each: the numbers of the ends of the
 /// mirrored ray and of both ways, from 1, 0 without a ray; and 0. Then four f16 for each pixel: the
 /// lengths of these rays inside the body, in its radii, and the share of the first way. Then, for
 /// the ends part after part, each from a new row, five blocks in the frame of the subject: position
 /// and 1 (f32), and in f16 what painted materials read (n.e, depth and their gradients), direction
 /// against the ray along tangent and n x tangent with the texture position, normal and 1, tangent
-/// and 0. The position behind all is that in the picture of a backdrop. Then, for each set of
-/// angles, eight u16 for each end: of a scene that has lit angles, those of its lights, then those
-/// of its lights as if they shone through the subject.
+/// and 0. The position on the background is that in the picture of a backdrop. Then, for each set
+/// of angles, eight u16 for each end: of a scene that has lit angles, those of its lights, then
+/// those of its lights as if they shone through the subject.
 #[utoipa::path(get, path = "/v1/scenes/{id}/ray-ends", tag = "scenes",
     params(("id" = SceneId, Path), RayEndsQuery),
     responses((status = 200, content_type = "application/octet-stream"),

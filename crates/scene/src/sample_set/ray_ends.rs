@@ -42,7 +42,7 @@ pub struct PixelRays {
 /// Point in which a ray ends, in the unit frame of the subject.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct RayEnd {
-    /// Position; behind all parts the place in the picture of a backdrop, right and up from the
+    /// Position; on the background the place in the picture of a backdrop, right and up from the
     /// lower left corner, within [0, 1].
     pub position: Vec3,
     /// Shading normal, on the side of the ray.
@@ -129,14 +129,15 @@ impl RayEnds {
         &self.pixels
     }
 
-    /// Ends on each part: the subject itself, the other objects, the ground, and behind all.
+    /// Ends on each part: the subject itself, the other objects, the ground, and the background.
     #[must_use]
     pub fn parts(&self) -> &[Vec<RayEnd>] {
         &self.parts
     }
 
     /// Angles at which lights reach the ends, in sets as those of [`LitAngles::toggles`]: for each
-    /// set, those of the ends on each part. Empty without shadows; behind all they mean nothing.
+    /// set, those of the ends on each part. Empty without shadows; on the background they mean
+    /// nothing.
     #[must_use]
     pub fn angles(&self) -> &[Vec<Vec<Toggles>>] {
         &self.angles
@@ -183,12 +184,12 @@ fn ends_of(
     stage: &Stage<'_>,
     (side, rays): (u32, &[LeavingRay]),
 ) -> (Vec<Vec<RayEnd>>, Vec<(usize, usize)>) {
-    let behind = stage.count();
+    let background = stage.count();
     let mut found: Vec<Option<(usize, usize)>> = vec![None; rays.len()];
-    let mut parts = vec![Vec::new(); behind + 1];
+    let mut parts = vec![Vec::new(); background + 1];
     let mut open: Vec<usize> = (0..rays.len()).collect();
     // Where faces coincide, pictures show the subject, else the last part.
-    for part in std::iter::once(0).chain((1..behind).rev()) {
+    for part in std::iter::once(0).chain((1..background).rev()) {
         let (own, assets) = (stage.with_part(part), LightAssets::default());
         let asked: Vec<LeavingRay> = open.iter().map(|ray| rays[*ray]).collect();
         let (set, points) =
@@ -218,9 +219,9 @@ fn ends_of(
     let missed: Vec<LeavingRay> = open.iter().map(|ray| rays[*ray]).collect();
     let places = places_towards((scene, stage), (side, &missed));
     let place = |at: Vec2| RayEnd { position: at.extend(0.0), ..RayEnd::default() };
-    parts[behind] = places.into_iter().map(place).collect();
+    parts[background] = places.into_iter().map(place).collect();
     let mut next = 0..;
-    let ends = found.into_iter().map(|end| end.or_else(|| Some((behind, next.next()?))));
+    let ends = found.into_iter().map(|end| end.or_else(|| Some((background, next.next()?))));
     let ends = ends.map(|end| end.expect("numbers are endless")).collect();
     (parts, ends)
 }
