@@ -423,6 +423,20 @@ export interface components {
         };
         /** @description Export format. */
         ExportFormat: {
+            /** @description True if only BRDFs can be exported in the format. */
+            brdf: boolean;
+            /**
+             * @description Shell commands from nothing to a picture, in which FILE is the name of the file and URL its
+             *     address; empty if the format needs a program of the user.
+             */
+            commands: string[];
+            /** @description Error of the format, in words. */
+            error: string;
+            /**
+             * @description `exact`: code, the same function up to rounding; `table`: numbers between which is
+             *     interpolated; `fit`: the nearest of the format's own materials.
+             */
+            exactness: string;
             /** @description Ending of file names, without the first dot. */
             extension: string;
             /** @description Name for people. */
@@ -431,8 +445,12 @@ export interface components {
             media_type: string;
             /** @description Name used in URLs. */
             name: string;
+            /** @description Programs that open the format. */
+            opened_by: string;
             /** @description True if only painted materials can be exported in the format. */
             painted: boolean;
+            /** @description True if path tracers read the format, so that the energy limit is applied by default. */
+            path_traced: boolean;
         };
         /** @description Measured from the picture, or a fixed number of EV. */
         Exposure: "auto" | number;

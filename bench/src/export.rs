@@ -15,7 +15,7 @@ use brood_brdf::{Input, Lighting};
 use brood_eval::conformance::lit_points;
 use brood_eval::{CanonicalEvaluator, Evaluator};
 use brood_export::conformance::{self, StyledCall};
-use brood_export::{Format, Within, export, export_within, print};
+use brood_export::{Format, Within, export, export_material, export_within};
 use brood_genome::{BirthKey, Dialect, ModelKind, OpcodeSet, Variation};
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -93,6 +93,7 @@ pub fn run(args: &BenchExportArgs, json: bool) -> Result<()> {
 fn styles(args: &BenchExportArgs) -> Result<Vec<Value>> {
     let mut found = Vec::new();
     for (lights, style) in (1..=Input::LIGHTS).cycle().zip(&conformance::styles()) {
+        let within = Within { lights, ..Within::default() };
         let lighting = Lighting { lights, has_shadows: true };
         let set = lit_points(args.seed + lights as u64, args.samples as usize, lighting);
         let value = |row: usize| format!("at(k, {row})");
@@ -103,7 +104,7 @@ fn styles(args: &BenchExportArgs) -> Result<Vec<Value>> {
         calls.extend(conformance::styled_calls(style, (Format::GlslEs300, lights), value));
         let calls: Result<Vec<Value>> = calls.iter().map(|call| styled_call(call, &set)).collect();
         found.push(json!({
-            "source": print(style, Format::GlslEs300, Within { lights, ..Within::default() })?,
+            "source": export_material(style, Format::GlslEs300, within)?.into_text(),
             "calls": calls?,
         }));
     }

@@ -11,6 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use brood_brdf::ModelKind;
 use brood_eval::{energy_limit, express};
+use brood_export::samples_csv;
 use brood_search::{Options, Search};
 use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 use clap::Args;
@@ -18,7 +19,6 @@ use rayon::ThreadPool;
 
 use super::published::Published;
 use super::record::{CommonArgs, Finding, SeedsArgs};
-use super::target::samples_csv;
 use crate::budget::{FitBudget, spend};
 use crate::chart::{Axis, Bar, BarChart, Group, ResultTable, cells};
 use crate::output;

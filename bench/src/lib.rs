@@ -24,6 +24,7 @@ mod breed;
 mod brood;
 pub mod budget;
 pub mod chart;
+mod consumer;
 mod derivative;
 mod export;
 mod fit;
@@ -66,6 +67,9 @@ pub enum BenchCommand {
     Breed(breed::BenchBreedArgs),
     /// Count the useful pictures of a brood under each kind of curation
     Brood(brood::BenchBroodArgs),
+    /// Write materials in an export format with values of f, for a test by the program that reads
+    /// the format
+    Consumer(consumer::BenchConsumerArgs),
     /// Time the normal equations of a program's constants, in forward and reverse mode, against
     /// plain evaluation
     Derivative(derivative::BenchDerivativeArgs),
@@ -106,6 +110,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Amount(args) => amount::run(args, json),
         BenchCommand::Breed(args) => breed::run(args, json),
         BenchCommand::Brood(args) => brood::run(args, json),
+        BenchCommand::Consumer(args) => consumer::run(args, json),
         BenchCommand::Derivative(args) => derivative::run(args, json),
         BenchCommand::Export(args) => export::run(args, json),
         BenchCommand::Fit(args) => fit::run(args, json),

@@ -82,8 +82,16 @@ pub fn read_input(path: &Path, limit_bytes: u64) -> Result<Vec<u8>> {
 /// # Errors
 /// If stdout fails, except because its reader has closed it.
 pub fn print(text: &str) -> Result<()> {
+    print_bytes(text.as_bytes())
+}
+
+/// Writes bytes to stdout, as [`print`].
+///
+/// # Errors
+/// As [`print`].
+pub fn print_bytes(bytes: &[u8]) -> Result<()> {
     let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(error).context("print"),
         _ => Ok(()),
     }

@@ -40,13 +40,3 @@ pub fn random_pairs(seed: u64, count: usize) -> Vec<DirectionPair> {
     let mut pair = || DirectionPair::new(direction(), direction()).expect("directions are unit");
     (0..count).map(|_| pair()).collect()
 }
-
-/// Samples as CSV, in the format of a target.
-pub fn samples_csv<'a>(rows: impl Iterator<Item = (&'a DirectionPair, [f64; 3])>) -> String {
-    let mut text = String::from("wix,wiy,wiz,wox,woy,woz,r,g,b\n");
-    for (pair, [r, g, b]) in rows {
-        let (wi, wo) = (pair.wi(), pair.wo());
-        text += &format!("{},{},{},{},{},{},{r},{g},{b}\n", wi.x, wi.y, wi.z, wo.x, wo.y, wo.z);
-    }
-    text
-}

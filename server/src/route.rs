@@ -1,18 +1,14 @@
 //! Routes and their OpenAPI document.
 
+mod document;
+
 use axum::Router;
-use brood_protocol::{Backend, BreedOptions, LeaseId, Problem};
-use utoipa::openapi::path::Operation;
-use utoipa::openapi::schema::ArrayItems;
-use utoipa::openapi::{
-    Components, ContentBuilder, InfoBuilder, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder,
-    Schema,
-};
-use utoipa::{PartialSchema, ToSchema};
+use utoipa::openapi::{InfoBuilder, OpenApi, OpenApiBuilder};
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
+use self::document::finish;
 use crate::controller::{
     angles, archive, circle, comparison, develop, event, export, generation, genome, geometry,
     individual, inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation,
@@ -148,67 +144,6 @@ fn info() -> utoipa::openapi::Info {
         .build()
 }
 
-/// Adds the error responses of all operations, and the types that only parameters use.
-fn finish(mut openapi: OpenApi) -> OpenApi {
-    let components = openapi.components.get_or_insert_default();
-    add::<Problem>(components);
-    add::<Backend>(components);
-    add::<LeaseId>(components);
-    components.schemas.values_mut().for_each(inline_options);
-    components.schemas.remove(BreedOptions::name().as_ref());
-    let problem = |words: &str| {
-        let schema = RefOr::Ref(Ref::from_schema_name(Problem::name()));
-        let content = ContentBuilder::new().schema(Some(schema)).build();
-        let response = ResponseBuilder::new().description(words);
-        RefOr::T(response.content("application/problem+json", content).build())
-    };
-    for item in openapi.paths.paths.values_mut() {
-        let methods =
-            [&mut item.get, &mut item.post, &mut item.patch, &mut item.delete, &mut item.put];
-        for operation in methods.into_iter().flatten() {
-            let Operation { responses, .. } = operation;
-            responses
-                .responses
-                .insert("4XX".to_owned(), problem("The request is invalid or not allowed"));
-            responses.responses.insert("5XX".to_owned(), problem("The server failed or is busy"));
-        }
-    }
-    openapi
-}
-
-/// Lists the fields of [`BreedOptions`], which [`Generation`](brood_protocol::Generation) flattens,
-/// among the others of the schema, also where a page contains it.
-fn inline_options(schema: &mut RefOr<Schema>) {
-    match schema {
-        RefOr::T(Schema::AllOf(parts)) => {
-            let options = Ref::from_schema_name(BreedOptions::name()).ref_location;
-            let has_options = |part: &RefOr<Schema>| matches!(part, RefOr::Ref(part) if part.ref_location == options);
-            if !parts.items.iter().any(has_options) {
-                return;
-            }
-            let Some(RefOr::T(Schema::Object(mut whole))) = parts.items.pop() else { return };
-            let RefOr::T(Schema::Object(options)) = BreedOptions::schema() else { return };
-            whole.description = parts.description.take();
-            whole.properties.extend(options.properties);
-            whole.required.extend(options.required);
-            *schema = RefOr::T(Schema::Object(whole));
-        }
-        RefOr::T(Schema::Object(object)) => {
-            object.properties.values_mut().for_each(inline_options);
-        }
-        RefOr::T(Schema::Array(array)) => {
-            if let ArrayItems::RefOrSchema(items) = &mut array.items {
-                inline_options(items);
-            }
-        }
-        _ => {}
-    }
-}
-
-fn add<T: ToSchema>(components: &mut Components) {
-    components.schemas.insert(T::name().into_owned(), T::schema());
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::Value;
@@ -257,6 +192,60 @@ mod tests {
         for reference in references {
             assert!(referred(&document, reference).is_object(), "{reference}");
         }
+    }
+
+    /// Returns all operations, each with its address.
+    fn operations(document: &Value) -> Vec<(&str, &Value)> {
+        let paths = document["paths"].as_object().unwrap().iter();
+        paths
+            .flat_map(|(address, path)| {
+                path.as_object().unwrap().values().map(move |it| (address.as_str(), it))
+            })
+            .collect()
+    }
+
+    #[test]
+    fn openapi_operations_have_different_ids() {
+        let document = document();
+        let operations = operations(&document);
+        let ids: std::collections::HashSet<&str> =
+            operations.iter().filter_map(|(_, it)| it["operationId"].as_str()).collect();
+        assert!(operations.len() > 80 && ids.len() == operations.len(), "{ids:?}");
+    }
+
+    #[test]
+    fn openapi_responses_have_a_description_and_bodies_a_schema() {
+        let document = document();
+        for (address, operation) in operations(&document) {
+            for (status, response) in operation["responses"].as_object().unwrap() {
+                assert!(response["description"].is_string(), "{address} {status}");
+                let is_error = status.starts_with(['4', '5']);
+                let problem = &response["content"]["application/problem+json"];
+                assert_eq!(problem.is_object(), is_error, "{address} {status}");
+            }
+            for content in with(operation, "content") {
+                for (media_type, body) in content["content"].as_object().unwrap() {
+                    let schema = referred(&document, &body["schema"]);
+                    let is_json = media_type.ends_with("json");
+                    assert!(schema.is_object(), "{address} {media_type}");
+                    assert!(is_json || schema["type"] != "array", "{address} {media_type}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn openapi_describes_files_as_bytes_and_sources_as_text() {
+        let document = document();
+        let paths = &document["paths"];
+        let file = serde_json::json!({"type": "string", "format": "binary"});
+        let glb = &paths["/v1/meshes/{id}/mesh.glb"]["get"]["responses"]["200"];
+        assert_eq!(glb["content"]["model/gltf-binary"]["schema"], file);
+        let upload = &paths["/v1/images"]["post"]["requestBody"];
+        assert_eq!(upload["content"]["image/png"]["schema"], file);
+        let events = &paths["/v1/jobs/{id}/events"]["get"]["responses"]["200"];
+        let schema = &events["content"]["text/event-stream"]["schema"];
+        assert_eq!(*schema, serde_json::json!({"type": "string"}));
     }
 
     #[test]

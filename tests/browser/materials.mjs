@@ -58,6 +58,13 @@ export async function materials(app, step, shot) {
     assert.match(glsl, /vec3 evolved\(vec3 wi, vec3 wo/);
     const wgsl = await saved(page, () => page.getByRole("link", { name: /^WGSL/ }).click());
     assert.match(wgsl, /fn evolved\(wi: vec3f/);
+    const commands = await app.id("commands-mitsuba").innerText();
+    const [, file, url] = commands.match(/^pip install mitsuba\ncurl -f -o (brood_[0-9a-f]{8}\.py) '(http[^']+)'\npython \1 picture\.png$/) ?? [];
+    assert.ok(file, commands);
+    const plugin = await saved(page, () => page.getByRole("link", { name: /^Mitsuba 3 plugin/ }).click());
+    assert.match(plugin, /^NAME = "brood_[0-9a-f]{8}"$/m);
+    assert.equal(await (await fetch(url)).text(), plugin, "the command gets the same file");
+    await shot("12-formats");
   });
 
   await step("breeds from a genome file", async () => {

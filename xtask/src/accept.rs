@@ -1,9 +1,13 @@
 //! `cargo xtask accept`: checks the functions for every f32, and random programs for errors.
 //!
 //! Owns the amount of work: `--short` fits continuous integration, `--long` is complete; `--data`
-//! adds renders and measurements by other programs, `--peers` adds metrics by packages from PyPI.
-//! The checks are an example of the genome crate and `brood bench stress`; each fails on its own if
-//! a bound is exceeded.
+//! adds renders and measurements by other programs, `--peers` adds metrics by packages from PyPI,
+//! `--client` adds a generated client of the API, `--exports` programs that read exported
+//! materials. The checks are an example of the genome crate and `brood bench stress`; each fails on
+//! its own if a bound is exceeded.
+
+mod client;
+mod exports;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -47,6 +51,8 @@ const MEASURED_OPTIONS: [&str; 4] = ["--swap", "--keep-negative", "--samples", "
 struct Options {
     long: bool,
     peers: bool,
+    client: bool,
+    exports: bool,
     data: Option<PathBuf>,
 }
 
@@ -59,6 +65,8 @@ impl Options {
                 "--short" => options.long = false,
                 "--long" => options.long = true,
                 "--peers" => options.peers = true,
+                "--client" => options.client = true,
+                "--exports" => options.exports = true,
                 "--data" => {
                     options.data = Some(words.next().context("--data needs a folder")?.into())
                 }
@@ -93,6 +101,12 @@ pub fn run(words: &[&str]) -> Result<()> {
     step("stress", stress(&binaries, &found, options.long));
     if options.peers {
         step("metrics", bench::metrics(&binaries.join("brood")));
+    }
+    if options.exports {
+        step("exports", exports::run(&binaries, &target));
+    }
+    if options.client {
+        step("generated client", client::run(&binaries.join("brood"), &target));
     }
     match &options.data {
         None => println!("no --data: skipping the comparison with pictures of other renderers"),
@@ -233,8 +247,9 @@ mod tests {
     #[test]
     fn form_is_short_by_default() {
         assert_eq!(Options::parse(&[]).unwrap(), Options::default());
-        let long = Options::parse(&["--long", "--peers", "--data", "d"]).unwrap();
-        assert!(long.long && long.peers && long.data.is_some());
+        let long =
+            Options::parse(&["--long", "--peers", "--client", "--exports", "--data", "d"]).unwrap();
+        assert!(long.long && long.peers && long.client && long.exports && long.data.is_some());
     }
 
     #[test]

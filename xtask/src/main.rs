@@ -10,9 +10,11 @@ mod dev;
 mod golden;
 mod mutants;
 mod prerequisite;
+mod python;
 mod shell;
 mod suite;
 mod tidy;
+mod wheel;
 
 use std::process::ExitCode;
 
@@ -22,8 +24,10 @@ const USAGE: &str = "usage: cargo xtask <task>
   ci                          the same; what .ci/run calls
   dev                         quick loop: check and unit tests without the gpu feature
   golden [--update]           compare the golden images, or rewrite them; report in target/golden/
-  accept [--short | --long] [--peers] [--data DIR]
-                              check functions against f64 and random programs, for some arguments or for all 2^32
+  accept [--short | --long] [--peers] [--client] [--exports] [--data DIR]
+                              check functions against f64 and random programs, for some arguments or for all 2^32;
+                              --client: call the API with a client that openapi-python-client generates;
+                              --exports: read exported materials with the programs that the formats are for
   callgrind [--update]        compare instruction counts of fixed work with docs/bench/instructions.json, or update it
   bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
                               compare the speed of other programs on the same work, installed below target/
@@ -41,6 +45,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               compare pictures of the same materials with those of another renderer
   mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
                               change the code in small ways and list the changes that no test detects
+  wheel [--test]              build the Python package in the release profile into target/wheels;
+                              --test: test the package of the last build of the workspace
   tidy [PREFIX ...]           rules of the source tree: crate dependencies, file lengths, wording; in all files or those
                               whose path begins with a PREFIX
   tidy --update-duplicates    writes the list of duplicate dependencies anew
@@ -66,6 +72,8 @@ fn main() -> ExitCode {
         ["bench", "far", options @ ..] => bench::far(options),
         ["bench", "look", options @ ..] => bench::look(options),
         ["mutants", options @ ..] => mutants::run(options),
+        ["wheel"] => wheel::run(),
+        ["wheel", "--test"] => wheel::test_built(),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),
         ["tidy", prefixes @ ..] => tidy::run(prefixes),
         [] | ["help" | "--help" | "-h"] => {

@@ -12,7 +12,8 @@ use anyhow::{Result, bail};
 use crate::shell;
 
 /// npm packages of the page's checks, in the versions of tests/browser/package-lock.json.
-const NPM_PACKAGES: [&str; 4] = ["playwright-core", "axe-core", "typescript", "openapi-typescript"];
+const NPM_PACKAGES: [&str; 5] =
+    ["playwright-core", "axe-core", "typescript", "openapi-typescript", "@redocly/openapi-core"];
 
 /// Reference compiler of GLSL.
 const GLSL_COMPILER: &str = "glslangValidator";
@@ -163,7 +164,7 @@ fn apt_get() -> Result<Command> {
     Ok(command)
 }
 
-/// Installs the browser's driver, the accessibility checker and the type checker for the page,
+/// Installs the browser's driver, and the page's checkers of accessibility, types and openapi.json,
 /// unless the locked versions are installed.
 pub fn install_browser_driver() -> Result<()> {
     let folder = shell::root().join("tests/browser");
@@ -185,7 +186,8 @@ fn installed_versions_match(lock: &str, folder: &Path) -> bool {
         Some(json.pointer(pointer)?.as_str()?.to_owned())
     };
     NPM_PACKAGES.into_iter().all(|name| {
-        let locked = version_in(lock, &format!("/packages/node_modules~1{name}/version"));
+        let key = format!("node_modules/{name}").replace('/', "~1");
+        let locked = version_in(lock, &format!("/packages/{key}/version"));
         let manifest = folder.join("node_modules").join(name).join("package.json");
         let found =
             std::fs::read_to_string(manifest).ok().and_then(|text| version_in(&text, "/version"));

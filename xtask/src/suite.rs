@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::prerequisite::Prerequisites;
-use crate::{accept, callgrind, shell, tidy};
+use crate::{accept, callgrind, shell, tidy, wheel};
 
 /// Result of one step.
 struct Step {
@@ -54,8 +54,9 @@ pub fn run() -> Result<()> {
             ]))
         });
         step(&mut steps, "acceptance, short form", || accept::short(&target, &found));
+        step(&mut steps, "Python package", || wheel::test(&target, &target.join("debug/brood")));
         step(&mut steps, "instruction counts", || callgrind::guard(&target));
-        step(&mut steps, "page: types and unit tests", page);
+        step(&mut steps, "openapi.json; page: types and unit tests", page);
         step(&mut steps, "browser journey", || browser(&found, &target));
     }
     report(&steps, closing)
@@ -112,8 +113,10 @@ fn tests(found: &Prerequisites, target: &std::path::Path) -> (Result<()>, Option
     (outcome, line)
 }
 
-/// Checks the page's types and runs the tests of its modules that need no browser.
+/// Validates openapi.json, checks the page's types, and runs the tests of its modules that need no
+/// browser.
 fn page() -> Result<()> {
+    let document = shell::run(shell::command("node").arg("tests/browser/openapi.mjs"));
     let generated = shell::run(shell::command("node").args(["tests/browser/types.mjs", "--check"]));
     let types = shell::run(shell::command("node").args([
         "tests/browser/node_modules/typescript/bin/tsc",
@@ -132,7 +135,7 @@ fn page() -> Result<()> {
         bail!("web/test holds no test");
     }
     let tests = shell::run(shell::command("node").arg("--test").args(files));
-    generated.and(types).and(tests)
+    document.and(generated).and(types).and(tests)
 }
 
 fn browser(found: &Prerequisites, target: &std::path::Path) -> Result<()> {

@@ -5,11 +5,11 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use brood_brdf::{Model, ModelKind};
+use brood_export::samples_csv;
 use brood_target::draw_pairs;
 use serde_json::{Value, json};
 
 use super::api::Api;
-use crate::target::samples_csv;
 
 const SAMPLES: usize = 4000;
 /// Budget of a search; longer than any benchmark.

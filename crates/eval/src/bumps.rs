@@ -41,8 +41,16 @@ impl TurnedPair {
     /// the factor times cos_i does not.
     #[must_use]
     pub fn new(program: &Program, pair: DirectionPair, uv: DVec2) -> Self {
-        let Some(bumps) = program.bumps() else { return Self { pair, factor: 1.0 } };
-        let [along_u, along_v] = bumps.slopes(uv.x, uv.y);
+        match program.bumps() {
+            Some(bumps) => Self::at_slopes(pair, bumps.slopes(uv.x, uv.y)),
+            None => Self { pair, factor: 1.0 },
+        }
+    }
+
+    /// As [`TurnedPair::new`], where the height changes by these slopes along u and v. Saves
+    /// computing them for many pairs at one place.
+    #[must_use]
+    pub fn at_slopes(pair: DirectionPair, [along_u, along_v]: [f64; 2]) -> Self {
         let n = DVec3::new(-along_u, -along_v, 1.0).normalize();
         // Not 0: n is not horizontal.
         let x = (DVec3::X - n * n.x).normalize();

@@ -79,17 +79,19 @@ pub fn energy_limit(program: &Program) -> EnergyLimit {
 /// order.
 #[must_use]
 pub fn directional_albedo(program: &Program, place: &Incidence, order: usize) -> f64 {
-    largest(channels_at(program, place, order))
+    largest(channel_albedos_at(program, place, order))
 }
 
 /// Returns the albedo of each channel for light at that angle from the normal, along u, at texture
 /// position 0.
 #[must_use]
 pub fn channel_albedos(program: &Program, theta_deg: f64, order: usize) -> [f64; 3] {
-    channels_at(program, &Incidence::at(theta_deg, 0.0, DVec2::ZERO), order)
+    channel_albedos_at(program, &Incidence::at(theta_deg, 0.0, DVec2::ZERO), order)
 }
 
-fn channels_at(program: &Program, place: &Incidence, order: usize) -> [f64; 3] {
+/// Returns the albedo of each channel at a place, by a quadrature of that order.
+#[must_use]
+pub fn channel_albedos_at(program: &Program, place: &Incidence, order: usize) -> [f64; 3] {
     // Order 32 is as fine for programs as a spacing of 0.25 is for layers.
     let rule = &search::rule_for(program, order);
     let fineness = Fineness { rule, spacing: 8.0 / order as f64 };

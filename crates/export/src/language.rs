@@ -1,20 +1,21 @@
 //! Languages of exports, and the translation of the source form to them.
 //!
 //! The source form is WGSL with types on local declarations; WGSL is that without the types. GLSL
-//! is a translation line by line. It knows the constructs that this crate prints and no others:
-//! functions, structures, constants, tables, declarations and expressions; comments have lines of
-//! their own.
+//! and HLSL are translations line by line. They know the constructs that this crate prints and no
+//! others: functions, structures, constants, tables, declarations and expressions; comments have
+//! lines of their own.
 
 /// Shading language.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Language {
     Glsl,
     Wgsl,
+    Hlsl,
 }
 
 /// Words of the source form in GLSL, replaced in this order. `quarter` is an integer; all other
 /// arguments of that bitcast are numbers.
-const WORDS: [(&str, &str); 11] = [
+const GLSL_WORDS: [(&str, &str); 11] = [
     ("bitcast<u32>(quarter)", "uint(quarter)"),
     ("bitcast<u32>", "floatBitsToUint"),
     ("bitcast<f32>", "uintBitsToFloat"),
@@ -28,21 +29,54 @@ const WORDS: [(&str, &str); 11] = [
     ("u32", "uint"),
 ];
 
+/// Words of the source form in HLSL.
+const HLSL_WORDS: [(&str, &str); 11] = [
+    ("bitcast<u32>(quarter)", "uint(quarter)"),
+    ("bitcast<u32>", "asuint"),
+    ("bitcast<f32>", "asfloat"),
+    ("bitcast<i32>", "int"),
+    ("dpdx", "ddx"),
+    ("dpdy", "ddy"),
+    ("vec2f", "float2"),
+    ("vec3f", "float3"),
+    ("f32", "float"),
+    ("i32", "int"),
+    ("u32", "uint"),
+];
+/// Structures of the source form, whose constructors are functions in HLSL.
+const STRUCTURES: [&str; 5] =
+    ["BroodPair", "BroodSgd", "StyledPoint", "StyledLight", "StyledGlass"];
+
 impl Language {
     /// Translates code of the source form.
     pub(crate) fn translate(self, source: &str) -> String {
         let mut text = String::with_capacity(source.len());
-        let mut is_structure = false;
+        let mut structure: Vec<&str> = Vec::new();
+        let mut is_table = false;
         for line in source.lines() {
-            is_structure |= line.starts_with("struct ");
+            if line.starts_with("struct ") || !structure.is_empty() {
+                structure.push(line);
+            }
+            is_table |= line.starts_with("var<private> ");
             match self {
                 _ if line.trim_start().starts_with("//") => text.push_str(line),
                 Self::Wgsl => wgsl(line, &mut text),
-                Self::Glsl if is_structure => text.push_str(&glsl_of_structure(line)),
-                Self::Glsl => text.push_str(&glsl(line)),
+                Self::Hlsl if is_table && line.ends_with(");") => {
+                    text.extend([line.trim_end_matches(");"), "};"]);
+                }
+                Self::Glsl | Self::Hlsl if !structure.is_empty() => {
+                    text.push_str(&self.field(line));
+                }
+                Self::Glsl | Self::Hlsl => text.push_str(&self.line(line)),
             }
             text.push('\n');
-            is_structure &= line != "}";
+            is_table &= !line.ends_with(");");
+            if line == "}" && !structure.is_empty() {
+                if self == Self::Hlsl {
+                    text += &self.constructor(&structure);
+                }
+                structure.clear();
+            }
         }
         text
     }
@@ -63,6 +97,15 @@ impl Language {
                  binding will do.\n\
                  @group(0) @binding(0) var<uniform> brood_zero: u32;\n\n"
             }
+            Self::Hlsl => {
+                "// Every product and sum must be rounded separately, which `precise` asks for. For compilers\n\
+                 // that lack it, such as Slang's for processors, define BROOD_PRECISE as
+                 // nothing.\n\
+                 #ifndef BROOD_PRECISE\n\
+                 #define BROOD_PRECISE precise\n\
+                 #endif\n\
+                 static const uint brood_zero = 0u;\n\n"
+            }
         }
     }
 }
@@ -79,79 +122,164 @@ fn wgsl(line: &str, text: &mut String) {
     }
 }
 
-fn glsl(line: &str) -> String {
-    if let Some(head) = line.strip_prefix("fn ") {
-        return glsl_of_head(head);
-    }
-    if let Some(table) = line.strip_prefix("var<private> ") {
-        return glsl_of_table(table);
-    }
-    let code = line.trim_start();
-    let indentation = &line[..line.len() - code.len()];
-    for (keyword, qualifier) in [("let ", ""), ("var ", ""), ("const ", "const ")] {
-        if let Some(declaration) = code.strip_prefix(keyword) {
-            let (name, value) = declaration.split_once(" = ").expect("declarations have a value");
-            let (name, value) = (glsl_of_name(name), glsl_of_expression(value));
-            return format!("{indentation}{qualifier}{name} = {value}");
+impl Language {
+    /// Words of the source form in the language.
+    fn words(self) -> &'static [(&'static str, &'static str)] {
+        match self {
+            Self::Glsl => &GLSL_WORDS,
+            Self::Hlsl => &HLSL_WORDS,
+            Self::Wgsl => &[],
         }
     }
-    format!("{indentation}{}", glsl_of_expression(code))
-}
 
-/// `name(a: T, b: U) -> R {` as `R name(T a, U b) {`.
-fn glsl_of_head(head: &str) -> String {
-    let (name, rest) = head.split_once('(').expect("functions have parameters");
-    let (parameters, result) = rest.split_once(") -> ").expect("functions have a result");
-    let parameters: Vec<String> = match parameters {
-        "" => Vec::new(),
-        some => some.split(", ").map(glsl_of_name).collect(),
-    };
-    format!("{} {name}({}) {{", glsl_of_words(result.trim_end_matches(" {")), parameters.join(", "))
-}
+    fn line(self, line: &str) -> String {
+        if let Some(head) = line.strip_prefix("fn ") {
+            return self.head(head);
+        }
+        if let Some(table) = line.strip_prefix("var<private> ") {
+            return self.table(table);
+        }
+        let constant = if self == Self::Hlsl { "static const " } else { "const " };
+        let local = if self == Self::Hlsl { "BROOD_PRECISE " } else { "" };
+        let code = line.trim_start();
+        let indentation = &line[..line.len() - code.len()];
+        for (keyword, qualifier) in [("let ", local), ("var ", local), ("const ", constant)] {
+            if let Some(declaration) = code.strip_prefix(keyword) {
+                let (name, value) =
+                    declaration.split_once(" = ").expect("declarations have a value");
+                // Only numbers are rounded.
+                let is_number = [": f32", ": vec2f", ": vec3f"].iter().any(|of| name.ends_with(of));
+                let qualifier = if keyword == "const " || is_number { qualifier } else { "" };
+                let (name, value) = (self.name(name), self.expression(value));
+                return format!("{indentation}{qualifier}{name} = {value}");
+            }
+        }
+        format!("{indentation}{}", self.expression(code))
+    }
 
-/// `name: array<T, N> = array<T, N>(` as `const T name[N] = T[N](`.
-fn glsl_of_table(table: &str) -> String {
-    let (name, rest) = table.split_once(": array<").expect("only tables are private variables");
-    let (of, rest) = rest.split_once(", ").expect("tables have a type");
-    let (length, _) = rest.split_once('>').expect("tables have a length");
-    let of = glsl_of_words(of);
-    format!("const {of} {name}[{length}] = {of}[{length}](")
-}
+    /// `name(a: T, b: U) -> R {` as `R name(T a, U b) {`.
+    fn head(self, head: &str) -> String {
+        let (name, rest) = head.split_once('(').expect("functions have parameters");
+        let (parameters, result) = rest.split_once(") -> ").expect("functions have a result");
+        let parameters: Vec<String> = match parameters {
+            "" => Vec::new(),
+            some => some.split(", ").map(|parameter| self.name(parameter)).collect(),
+        };
+        let result = self.translated_words(result.trim_end_matches(" {"));
+        format!("{result} {name}({}) {{", parameters.join(", "))
+    }
 
-fn glsl_of_structure(line: &str) -> String {
-    match line.strip_suffix(',') {
-        Some(field) => format!("  {};", glsl_of_name(field.trim_start())),
-        None if line == "}" => "};".to_owned(),
-        None => line.to_owned(),
+    /// `name: array<T, N> = array<T, N>(` as `const T name[N] = T[N](`.
+    fn table(self, table: &str) -> String {
+        let (name, rest) = table.split_once(": array<").expect("only tables are private variables");
+        let (of, rest) = rest.split_once(", ").expect("tables have a type");
+        let (length, _) = rest.split_once('>').expect("tables have a length");
+        let of = self.translated_words(of);
+        match self {
+            Self::Hlsl => format!("static const {of} {name}[{length}] = {{"),
+            _ => format!("const {of} {name}[{length}] = {of}[{length}]("),
+        }
+    }
+
+    /// A line of a structure.
+    fn field(self, line: &str) -> String {
+        match line.strip_suffix(',') {
+            Some(field) => format!("  {};", self.name(field.trim_start())),
+            None if line == "}" => "};".to_owned(),
+            None => line.to_owned(),
+        }
+    }
+
+    /// Function that makes a structure from its fields.
+    fn constructor(self, structure: &[&str]) -> String {
+        let name = structure[0].trim_start_matches("struct ").trim_end_matches(" {");
+        let fields: Vec<&str> =
+            structure.iter().filter_map(|line| line.trim().strip_suffix(',')).collect();
+        let parameters: Vec<String> = fields.iter().map(|field| self.name(field)).collect();
+        let assigned = fields.iter().map(|field| {
+            let name = field.split(':').next().unwrap_or_default();
+            format!("  made.{name} = {name};\n")
+        });
+        let assigned: String = assigned.collect();
+        let parameters = parameters.join(", ");
+        format!(
+            "\n{name} make_{name}({parameters}) {{\n  {name} made;\n{assigned}  return made;\n}}\n"
+        )
+    }
+
+    /// `name: T` as `T name`, and `name: array<T,N>` as `T[N] name` or `T name[N]`.
+    fn name(self, declaration: &str) -> String {
+        let (name, of) = declaration.split_once(": ").expect("declarations have a type");
+        let array =
+            of.strip_prefix("array<").and_then(|rest| rest.strip_suffix('>')?.split_once(','));
+        let Some((of, length)) = array else {
+            return format!("{} {name}", self.translated_words(of));
+        };
+        let of = self.translated_words(of);
+        match self {
+            Self::Hlsl => format!("{of} {name}[{length}]"),
+            _ => format!("{of}[{length}] {name}"),
+        }
+    }
+
+    fn translated_words(self, code: &str) -> String {
+        let used = self.words().iter().filter(|(word, _)| code.contains(word));
+        used.fold(code.to_owned(), |text, (word, of)| text.replace(word, of))
+    }
+
+    /// Expression with conditionals, words, and signed shifts, which are unsigned in WGSL.
+    fn expression(self, code: &str) -> String {
+        let mut code = glsl_of_conditionals(code);
+        if self == Self::Hlsl {
+            code = hlsl_of_constructors(&code);
+        }
+        let code = self.translated_words(&code);
+        let mut is_shift = false;
+        let words = code.split_inclusive(' ').map(|word| {
+            let text = if is_shift { word.replacen('u', "", 1) } else { word.to_owned() };
+            is_shift = matches!(word, "<< " | ">> ");
+            text
+        });
+        words.collect()
     }
 }
 
-/// `name: T` as `T name`, and `name: array<T,N>` as `T[N] name`.
-fn glsl_of_name(declaration: &str) -> String {
-    let (name, of) = declaration.split_once(": ").expect("declarations have a type");
-    let array = of.strip_prefix("array<").and_then(|rest| rest.strip_suffix('>')?.split_once(','));
-    if let Some((of, length)) = array {
-        return format!("{}[{length}] {name}", glsl_of_words(of));
+/// `vec3f(a)` as `(vec3f)(a)`, and `BroodPair(a, b)` as `make_BroodPair(a, b)`.
+fn hlsl_of_constructors(code: &str) -> String {
+    let mut text = code.to_owned();
+    for name in STRUCTURES {
+        text = text.replace(&format!("{name}("), &format!("make_{name}("));
     }
-    format!("{} {name}", glsl_of_words(of))
+    for of in ["vec2f", "vec3f"] {
+        let mut done = 0;
+        while let Some(found) = text[done..].find(&format!("{of}(")) {
+            let start = done + found;
+            let open = start + of.len();
+            if has_one_argument(&text[open + 1..]) {
+                text.replace_range(start..open, &format!("({of})"));
+                done = open + 2;
+            } else {
+                done = open;
+            }
+        }
+    }
+    text
 }
 
-fn glsl_of_words(code: &str) -> String {
-    let is_used = |(word, _): &&(&str, &str)| code.contains(word);
-    let used = WORDS.iter().filter(is_used);
-    used.fold(code.to_owned(), |text, (word, of)| text.replace(word, of))
-}
-
-/// Expression with conditionals, words, and signed shifts, which are unsigned in WGSL.
-fn glsl_of_expression(code: &str) -> String {
-    let code = glsl_of_words(&glsl_of_conditionals(code));
-    let mut is_shift = false;
-    let words = code.split_inclusive(' ').map(|word| {
-        let text = if is_shift { word.replacen('u', "", 1) } else { word.to_owned() };
-        is_shift = matches!(word, "<< " | ">> ");
-        text
-    });
-    words.collect()
+/// True if the arguments after an opening parenthesis are one. Arguments that go on on another line
+/// are several.
+fn has_one_argument(arguments: &str) -> bool {
+    let mut depth = 0;
+    for c in arguments.chars() {
+        match c {
+            ',' if depth == 0 => return false,
+            ')' if depth == 0 => return true,
+            '(' => depth += 1,
+            ')' => depth -= 1,
+            _ => {}
+        }
+    }
+    false
 }
 
 /// `select(b, a, c)` as `c ? a : b`, in parentheses unless it is a whole argument or value.
@@ -231,6 +359,35 @@ mod tests {
         for (source, glsl, wgsl) in cases {
             assert_eq!(Language::Glsl.translate(source), format!("{glsl}\n"));
             assert_eq!(Language::Wgsl.translate(source), format!("{wgsl}\n"));
+        }
+    }
+    #[test]
+    fn hlsl_has_casts_constructors_and_rounded_locals() {
+        let cases = [
+            ("const A: f32 = 1.0;", "static const float A = 1.0;\n"),
+            ("  let x: f32 = vec3f(a).x;", "  BROOD_PRECISE float x = (float3)(a).x;\n"),
+            ("  let k: i32 = i32(min(at, 62.0));", "  int k = int(min(at, 62.0));\n"),
+            (
+                "  return vec3f(0.0) + vec3f(a, f(b, c), d);",
+                "  return (float3)(0.0) + float3(a, f(b, c), d);\n",
+            ),
+            ("  let p: BroodPair = BroodPair(a, b);", "  BroodPair p = make_BroodPair(a, b);\n"),
+            ("fn f(a: S, b: array<S,2>) -> vec3f {", "float3 f(S a, S b[2]) {\n"),
+            (
+                "var<private> t: array<f32, 2> = array<f32, 2>(\n  1.0,\n  2.0);",
+                "static const float t[2] = {\n  1.0,\n  2.0};\n",
+            ),
+            (
+                "struct S {\n  a: f32,\n}",
+                "struct S {\n  float a;\n};\n\nS make_S(float a) {\n  S made;\n  made.a = a;\n  return made;\n}\n",
+            ),
+            (
+                "  return bitcast<f32>(bitcast<u32>(m) << 23u);",
+                "  return asfloat(asuint(m) << 23);\n",
+            ),
+        ];
+        for (source, hlsl) in cases {
+            assert_eq!(Language::Hlsl.translate(source), hlsl);
         }
     }
 }

@@ -1,7 +1,8 @@
-//! Export of programs as shader source code (GLSL and WGSL) for other renderers.
+//! Export of materials for other renderers: shader source code (GLSL and WGSL), plugins, tables.
 //!
-//! [`export`] prints a module for a BRDF's `brood_program::Program` in a [`Format`], [`print`] any
-//! export of any material: painted ones become a function `styled`. [`conformance`] has
+//! [`export`] prints a module for a BRDF's `brood_program::Program` in a [`Format`],
+//! [`export_material`] makes any export of any material: painted ones become a function `styled`.
+//! [`export_measured`] makes tables of measured materials. [`conformance`] has
 //! test cases and error bounds for backends that run exported models. The crate does not depend on
 //! files or routes.
 //!
@@ -21,21 +22,33 @@
 //! assert!(module.contains("vec3 evolved(vec3 wi, vec3 wo, vec3 n, vec3 x, vec3 y, vec2 uv)"));
 //! ```
 
+mod about;
 mod body;
 pub mod conformance;
+mod disney;
 mod error;
+mod exported;
 mod format;
 mod input;
 mod language;
 mod library;
+mod mitsuba;
 mod model;
 mod module;
 mod mtoon;
 mod print;
+mod python;
+mod reflectance;
+mod sampling;
 mod source;
 mod style;
+mod table;
 
+pub use about::Exactness;
 pub use error::PrintError;
+pub use exported::Exported;
 pub use format::{Format, FormatError};
 pub use module::{export, export_within};
-pub use print::{Within, print};
+pub use print::{Within, check_material, export_material, export_measured, is_limited};
+pub use sampling::SamplingTable;
+pub use table::{mean_positions, samples_csv};

@@ -49,7 +49,7 @@ impl<'a> Layers<'a> {
         let horizon = number(HORIZON);
         writeln!(
             text,
-            "  if (!(wi.z >= {horizon} && wo.z >= {horizon})) {{\n    return vec3f(0.0);\n  }}"
+            "  if (!((wi.z >= {horizon}) && (wo.z >= {horizon}))) {{\n    return vec3f(0.0);\n  }}"
         )
         .expect("a string takes everything");
         text += &let_line("BroodPair", "p", "brood_pair(wi, wo)");

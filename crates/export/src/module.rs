@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use brood_brdf::Input;
 use brood_genome::RANGE;
 use brood_program::{Bumps, Program};
 
@@ -30,7 +31,7 @@ use crate::{body, input, library};
 ///
 /// # Panics
 /// If the program is painted, which is not a BRDF, or the format is not a language: see
-/// [`print`](crate::print).
+/// [`export_material`](crate::export_material).
 #[must_use]
 pub fn export(program: &Program, format: Format) -> String {
     export_within(program, format, RANGE)
@@ -43,6 +44,13 @@ pub fn export(program: &Program, format: Format) -> String {
 /// As [`export`].
 #[must_use]
 pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
+    let layers = Layers::of(program.layers());
+    let language = format.language().expect("BRDFs are exported in a language");
+    assembled(&head(program, &layers, format, uv), &functions(program, uv), language)
+}
+
+/// Functions of a BRDF in the source form, without those of the library.
+pub(crate) fn functions(program: &Program, uv: f32) -> String {
     assert!(!program.is_painted(), "painted programs are not BRDFs and are not exported as such");
     let layers = Layers::of(program.layers());
     let mut text = String::new();
@@ -57,16 +65,21 @@ pub fn export_within(program: &Program, format: Format, uv: f32) -> String {
             text += &turned(bumps, uv);
         }
     }
-    let language = format.language().expect("BRDFs are exported in a language");
-    assembled(&head(program, &layers, format, uv), &text, language)
+    text
 }
 
 /// Puts the library functions that a text calls before it, and the constants before these.
 pub(crate) fn assembled(head: &str, text: &str, language: Language) -> String {
-    let text = library::functions(text) + text;
-    let constants = library::constants(|name| text.contains(name));
-    [head, &language.translate(&constants), "\n", language.zero(), &language.translate(&text)]
+    let (constants, functions) = with_library(text);
+    [head, &language.translate(&constants), "\n", language.zero(), &language.translate(&functions)]
         .concat()
+}
+
+/// Constants that a text and the library functions that it calls name, and these functions with the
+/// text.
+pub(crate) fn with_library(text: &str) -> (String, String) {
+    let functions = library::functions(text) + text;
+    (library::constants(|name| functions.contains(name)), functions)
 }
 
 fn evolved_program(program: &Program, uv: f32) -> String {
@@ -128,7 +141,7 @@ const TURNED: &str = "  let slopes: vec2f = evolved_slopes(uv.x, uv.y);
   let m: vec3f = normalize(n - x * slopes.x - y * slopes.y);
   let cos_i: f32 = dot(wi, n);
   let cos_m: f32 = dot(wi, m);
-  if (cos_i <= 0.0 || cos_m <= 0.0) {
+  if ((cos_i <= 0.0) || (cos_m <= 0.0)) {
     return vec3f(0.0, 0.0, 0.0);
   }
   let t: vec3f = normalize(x - m * dot(m, x));
@@ -141,14 +154,10 @@ const TURNED: &str = "  let slopes: vec2f = evolved_slopes(uv.x, uv.y);
 ";
 
 fn head(program: &Program, layers: &Layers<'_>, format: Format, uv: f32) -> String {
-    let properties = match layers.are_reciprocal() {
-        _ if program.bumps().is_some() => "never negative, but not reciprocal because it has bumps",
-        true => "reciprocal and never negative",
-        false => "never negative, but not reciprocal because one of its models is not",
-    };
     format!(
-        "// A material bred by brood: {properties}, for any directions.\n\
+        "// A material bred by brood: {}, for any directions.\n\
          // Program {}, {} operations. {}.\n{}",
+        properties(program, layers),
         program.hash(),
         program.operations(),
         format.label(),
@@ -156,11 +165,26 @@ fn head(program: &Program, layers: &Layers<'_>, format: Format, uv: f32) -> Stri
     )
 }
 
+/// True if f depends on the texture position.
+pub(crate) fn reads_texture(program: &Program) -> bool {
+    let inputs = program.inputs();
+    program.bumps().is_some() || inputs.contains(Input::U) || inputs.contains(Input::V)
+}
+
+/// Words about the laws that f keeps.
+pub(crate) fn properties(program: &Program, layers: &Layers<'_>) -> &'static str {
+    match layers.are_reciprocal() {
+        _ if program.bumps().is_some() => "never negative, but not reciprocal because it has bumps",
+        true => "reciprocal and never negative",
+        false => "never negative, but not reciprocal because one of its models is not",
+    }
+}
+
 /// Last lines of the header comment, and precision statements.
 pub(crate) fn preamble(format: Format, uv: f32) -> String {
     let precision = match format {
         Format::GlslEs300 => "precision highp float;\nprecision highp int;\n\n",
-        Format::Glsl410 | Format::Wgsl | Format::Mtoon => "",
+        _ => "",
     };
     let within = if uv < RANGE {
         format!("// Texture positions from {} to {uv} only.\n", -uv)
@@ -177,7 +201,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::{Within, conformance, print};
+    use crate::{Within, conformance, export_material};
 
     fn programs() -> Vec<Program> {
         let mut programs: Vec<Program> = [OpcodeSet::Paper, OpcodeSet::Extended]
@@ -226,7 +250,8 @@ mod tests {
         let programs = programs().into_iter().map(|program| export(&program, Format::Wgsl));
         let styles = conformance::styles();
         let styles = (1..=8).cycle().zip(&styles).map(|(lights, style)| {
-            print(style, Format::Wgsl, Within { lights, ..Within::default() }).unwrap()
+            let within = Within { lights, ..Within::default() };
+            export_material(style, Format::Wgsl, within).unwrap().into_text()
         });
         for text in programs.chain(styles) {
             let module = naga::front::wgsl::parse_str(&text);

@@ -150,14 +150,15 @@ mod tests {
     use brood_genome::Genome;
     use brood_program::execute;
 
-    use crate::{Format, Within, print};
+    use crate::{Exported, Format, Within, export_material};
 
     use super::*;
 
     fn exported(text: &str) -> Result<String, String> {
         let genome = format!("brood 1\n{text}").parse::<Genome>().unwrap();
         let style = Program::lower(&genome);
-        print(&style, Format::Mtoon, Within::default()).map_err(|error| error.to_string())
+        let exported = export_material(&style, Format::Mtoon, Within::default());
+        exported.map(Exported::into_text).map_err(|error| error.to_string())
     }
 
     /// Value of a number in a material.
@@ -235,7 +236,8 @@ mod tests {
         let off = ".effect light\nbasis step\n.effect highlight\nstrength 0\n";
         assert!(exported(off).is_ok());
         let metal = "brood 1\n.model lambert\n".parse::<Genome>().unwrap();
-        let error = print(&Program::lower(&metal), Format::Mtoon, Within::default()).unwrap_err();
+        let error =
+            export_material(&Program::lower(&metal), Format::Mtoon, Within::default()).unwrap_err();
         assert_eq!(error.to_string(), "vrm-mtoon is a format of painted materials");
     }
 }

@@ -1,13 +1,14 @@
 //! Any export of any material: chooses the printer, and refuses what a format cannot carry.
 
-use brood_brdf::Input;
-use brood_genome::RANGE;
+use brood_brdf::{Brdf, Input};
+use brood_genome::{Genome, RANGE};
 use brood_program::{Meaning, Program};
 
 use crate::error::PrintError;
+use crate::exported::Exported;
 use crate::format::Format;
 use crate::module::export_within;
-use crate::{mtoon, style};
+use crate::{disney, mitsuba, mtoon, style, table};
 
 /// Ranges that exported code must handle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,8 +26,8 @@ impl Default for Within {
 }
 
 /// Returns a material in a format: a module with the function `evolved` of a BRDF
-/// ([`export_within`](crate::export_within)) or `styled` of a painted material, or parameters of
-/// another material.
+/// ([`export_within`](crate::export_within)) or `styled` of a painted material, parameters of
+/// another material, or a table of f.
 ///
 /// `styled(at, lights)` is the colour of a point as a display shows it. It takes a structure of the
 /// point and an array of `within.lights` structures of lights, both described in the module. With
@@ -35,7 +36,50 @@ impl Default for Within {
 ///
 /// # Errors
 /// Returns [`PrintError`] if the format cannot carry the material.
-pub fn print(program: &Program, format: Format, within: Within) -> Result<String, PrintError> {
+pub fn export_material(
+    program: &Program,
+    format: Format,
+    within: Within,
+) -> Result<Exported, PrintError> {
+    check_common(program, within)?;
+    let is_brdf = is_brdf(program);
+    match (format, program.meaning()) {
+        (Format::Mtoon, Meaning::Style(effects)) => Ok(mtoon::material(program, effects)?.into()),
+        (Format::Mtoon, _) => Err(PrintError::NotPainted(format)),
+        _ if !is_brdf && format.language().is_none() => Err(PrintError::Painted(format)),
+        (Format::DisneyBrdf, _) => Ok(disney::file(program, within.uv).into()),
+        (Format::Mitsuba, _) => Ok(mitsuba::plugin(program, within.uv).into()),
+        _ if format.is_table() => table::of_program(program, format),
+        _ if is_brdf => Ok(export_within(program, format, within.uv).into()),
+        _ => Ok(style::module(program, format, (within.uv, within.lights)).into()),
+    }
+}
+
+/// Checks that a format can carry a material, without exporting it where that takes long.
+///
+/// # Errors
+/// As [`export_material`].
+pub fn check_material(program: &Program, format: Format, within: Within) -> Result<(), PrintError> {
+    check_common(program, within)?;
+    match (format, program.meaning()) {
+        (Format::Mtoon, Meaning::Style(effects)) => mtoon::material(program, effects).map(drop),
+        (Format::Mtoon, _) => Err(PrintError::NotPainted(format)),
+        _ if !is_brdf(program) && format.language().is_none() => Err(PrintError::Painted(format)),
+        _ if format.is_table() => table::check(program, format),
+        _ => Ok(()),
+    }
+}
+
+/// Returns a measured material in a format of tables.
+///
+/// # Errors
+/// Returns [`PrintError`] if the format is not of tables, or cannot carry the material.
+pub fn export_measured(brdf: &dyn Brdf, format: Format) -> Result<Exported, PrintError> {
+    table::of_measured(brdf, format)
+}
+
+/// Errors of all formats.
+fn check_common(program: &Program, within: Within) -> Result<(), PrintError> {
     if !(1..=Input::LIGHTS).contains(&within.lights) {
         return Err(PrintError::Lights(within.lights));
     }
@@ -45,12 +89,16 @@ pub fn print(program: &Program, format: Format, within: Within) -> Result<String
     if !program.images().is_empty() {
         return Err(PrintError::Images);
     }
-    match (format.language(), program.meaning()) {
-        (Some(_), Meaning::Reflectance) => Ok(export_within(program, format, within.uv)),
-        (Some(language), _) => {
-            Ok(style::module(program, (format, language), (within.uv, within.lights)))
-        }
-        (None, Meaning::Style(effects)) => mtoon::material(program, effects),
-        (None, _) => Err(PrintError::NotPainted(format)),
-    }
+    Ok(())
+}
+
+fn is_brdf(program: &Program) -> bool {
+    matches!(program.meaning(), Meaning::Reflectance)
+}
+
+/// True if the energy limit is applied to an exported genome: as chosen, or where path tracers read
+/// the format, or as the genome says.
+#[must_use]
+pub fn is_limited(format: Format, chosen: Option<bool>, genome: &Genome) -> bool {
+    chosen.unwrap_or(genome.is_limited() || format.is_for_path_tracers())
 }

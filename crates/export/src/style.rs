@@ -10,7 +10,6 @@ use brood_genome::Effect;
 use brood_program::Program;
 
 use crate::format::Format;
-use crate::language::Language;
 use crate::module;
 use crate::source::let_line;
 use crate::{body, input};
@@ -76,12 +75,9 @@ struct StyledGlass {
 /// Prints the module of a style.
 ///
 /// # Panics
-/// If the program is not painted, or `lights` is not 1 to [`Input::LIGHTS`].
-pub(crate) fn module(
-    style: &Program,
-    (format, language): (Format, Language),
-    (uv, lights): (f32, usize),
-) -> String {
+/// If the program is not painted, the format is not a shading language, or `lights` is not 1 to
+/// [`Input::LIGHTS`].
+pub(crate) fn module(style: &Program, format: Format, (uv, lights): (f32, usize)) -> String {
     assert!((1..=Input::LIGHTS).contains(&lights), "styles are printed for 1 to 8 lights");
     // Users pass visibility 1 where there are no shadows.
     let lighting = Lighting { lights, has_shadows: true };
@@ -96,6 +92,7 @@ pub(crate) fn module(
             [STRUCTURES, GLASS, helpers, &body, "\n", &text(Function::CLEAR, &program)].concat()
         }
     };
+    let language = format.language().expect("styles are printed in shading languages");
     module::assembled(&head(style, &program, format, (uv, lights)), &text, language)
 }
 
@@ -175,10 +172,9 @@ fn head(style: &Program, program: &Program, format: Format, (uv, lights): (f32, 
 /// Constants that renderers trace the rays and shadows of a clear body with.
 fn constants(style: &Program, glass: &Effect, format: Format) -> String {
     let index = glass.index_of_refraction().expect("glass has an index of refraction");
-    let declared = |name: &str, value: f64| match format {
-        Format::GlslEs300 | Format::Glsl410 => format!("const float {name} = {value:?};\n"),
-        Format::Wgsl | Format::Mtoon => format!("const {name}: f32 = {value:?};\n"),
-    };
+    let language = format.language().expect("styles are printed in shading languages");
+    let declared =
+        |name: &str, value: f64| language.translate(&format!("const {name}: f32 = {value:?};\n"));
     [
         "// Index of refraction of the body, relative to its surroundings.\n",
         &declared("STYLED_INDEX", index),
@@ -206,11 +202,12 @@ mod tests {
     use brood_genome::Genome;
 
     use super::*;
-    use crate::{Within, conformance, print};
+    use crate::{Within, conformance, export_material};
 
     fn printed(text: &str, format: Format, lights: usize) -> String {
         let style = Program::lower(&text.parse::<Genome>().unwrap());
-        print(&style, format, Within { lights, ..Within::default() }).unwrap()
+        let within = Within { lights, ..Within::default() };
+        export_material(&style, format, within).unwrap().into_text()
     }
 
     const TOON: &str = "brood 1\n.effect light\n.effect silhouette\n.effect highlight\n";
@@ -289,7 +286,7 @@ mod tests {
     #[test]
     fn clear_bodies_are_refused_by_the_reason_of_the_format() {
         let style = Program::lower(&GLASS.parse::<Genome>().unwrap());
-        let error = print(&style, Format::Mtoon, Within::default()).unwrap_err();
+        let error = export_material(&style, Format::Mtoon, Within::default()).unwrap_err();
         assert_eq!(error.to_string(), "VRM's toon material has no clear bodies");
     }
 
@@ -298,7 +295,7 @@ mod tests {
         let style = Program::lower(&TOON.parse::<Genome>().unwrap());
         for lights in [0, 9] {
             let within = Within { lights, ..Within::default() };
-            let error = print(&style, Format::Wgsl, within).unwrap_err();
+            let error = export_material(&style, Format::Wgsl, within).unwrap_err();
             assert_eq!(error.to_string(), format!("lights must be 1 to 8, got {lights}"));
         }
     }

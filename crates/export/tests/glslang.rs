@@ -1,5 +1,5 @@
-//! Exported GLSL must be accepted by the reference compiler. `cargo xtask test` installs the
-//! compiler and sets `GLSL_COMPILER`; without that variable the test is skipped.
+//! Exported GLSL and HLSL must be accepted by the reference compiler. `cargo xtask test` installs
+//! the compiler and sets `GLSL_COMPILER`; without that variable the test is skipped.
 
 #![expect(
     clippy::unwrap_used,
@@ -9,7 +9,7 @@
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use brood_export::{Format, Within, conformance, export, print};
+use brood_export::{Format, Within, conformance, export, export_material};
 use brood_genome::{BirthKey, Dialect, Genome, ModelKind, OpcodeSet, Output, Variation};
 use brood_program::Program;
 
@@ -45,10 +45,14 @@ fn models() -> Vec<Program> {
     over.chain(alone).collect()
 }
 
+/// Options for HLSL whose entry point is `shade`.
+const HLSL: [&str; 3] = ["-D", "-e", "shade"];
+
 /// Returns the compiler's message if it rejects a fragment shader, otherwise `None`.
-fn refusal(compiler: &str, source: &str) -> Option<String> {
+fn refusal(compiler: &str, options: &[&str], source: &str) -> Option<String> {
     let mut child = Command::new(compiler)
         .args(["--stdin", "-S", "frag"])
+        .args(options)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
@@ -91,17 +95,76 @@ fn exports_are_accepted_by_the_reference_compiler() {
         };
         sources.extend(programs().iter().map(|one| source(&export(one, format), call)));
         for (lights, style) in (1..=8).cycle().zip(&conformance::styles()) {
-            let code = print(style, format, Within { lights, ..Within::default() }).unwrap();
+            let within = Within { lights, ..Within::default() };
+            let code = export_material(style, format, within).unwrap().into_text();
             sources.push(source(&code, &call_of_style(style, lights)));
         }
     }
     for source in sources {
-        if let Some(said) = refusal(&compiler, &source) {
+        if let Some(said) = refusal(&compiler, &[], &source) {
             panic!("{said}\n{source}");
         }
     }
     assert!(
-        refusal(&compiler, "#version 300 es\nnonsense\n").is_some(),
+        refusal(&compiler, &[], "#version 300 es\nnonsense\n").is_some(),
         "the compiler must reject invalid source"
     );
+}
+
+#[test]
+fn hlsl_is_accepted_by_the_reference_compiler() {
+    let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
+        return;
+    };
+    let source = |code: &str, statements: &str, color: &str| {
+        format!(
+            "{code}\nfloat4 shade(float4 at : SV_Position) : SV_Target {{\n{statements}\n  return float4({color}, 1.0);\n}}\n"
+        )
+    };
+    let frame = "float3(0.0, 0.0, 1.0), float3(1.0, 0.0, 0.0), float3(0.0, 1.0, 0.0)";
+    let call = format!("evolved(normalize(at.xyz), float3(0.6, 0.0, 0.8), {frame}, at.xy)");
+    let mut sources: Vec<String> =
+        programs().iter().map(|one| source(&export(one, Format::Hlsl), "", &call)).collect();
+    for (lights, style) in (1..=8).cycle().zip(&conformance::styles()) {
+        let within = Within { lights, ..Within::default() };
+        let code = export_material(style, Format::Hlsl, within).unwrap().into_text();
+        let eye = "normalize(float3(at.xy, 1.0))";
+        let light =
+            format!("styled_light(float3(0.0, 0.6, 0.8), (float3)(1.0), 0.5, {eye}, {frame})");
+        let each: String =
+            (0..lights).map(|place| format!("  lights[{place}] = {light};\n")).collect();
+        let statements = format!("  StyledLight lights[{lights}];\n{each}");
+        let read = format!("styled_point({eye}, {frame}, 0.5, float2(0.25, 0.5)), lights");
+        let name = if style.glass().is_some() { "styled_body" } else { "styled" };
+        sources.push(source(&code, &statements, &format!("{name}({read})")));
+    }
+    for source in sources {
+        if let Some(said) = refusal(&compiler, &HLSL, &source) {
+            panic!("{said}\n{source}");
+        }
+    }
+}
+
+#[test]
+fn shaders_of_disney_materials_are_accepted_by_the_reference_compiler() {
+    let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
+        return;
+    };
+    for program in programs() {
+        let file = export_material(&program, Format::DisneyBrdf, Within::default());
+        let file = file.unwrap().into_text();
+        let (sliders, shader) = file.split_once("::begin shader\n").unwrap();
+        let sliders = sliders.lines().filter(|line| line.starts_with("float "));
+        let uniforms =
+            sliders.map(|line| format!("uniform float {};\n", line.split(' ').nth(1).unwrap()));
+        let uniforms: String = uniforms.collect();
+        let shader = shader.trim_end().trim_end_matches("::end shader");
+        let source = format!(
+            "#version 410 core\n{uniforms}{shader}\nout vec4 color;\nvoid main() {{\n  vec3 x = gl_FragCoord.xyz;\n  \
+             color = vec4(BRDF(x, x, x, x, x), 1.0);\n}}\n"
+        );
+        if let Some(said) = refusal(&compiler, &[], &source) {
+            panic!("{said}\n{source}");
+        }
+    }
 }

@@ -6,7 +6,7 @@ use brood_brdf::{Input, Lighting};
 use brood_eval::conformance::{layered_programs, lit_points};
 use brood_eval::{CanonicalEvaluator, Evaluator};
 use brood_export::conformance::{ErrorTally, cases, pairs, styled_calls, styles};
-use brood_export::{Format, Within, export, print};
+use brood_export::{Format, Within, export, export_material};
 use brood_genome::ModelKind;
 use brood_program::Program;
 use brood_scene::SampleSet;
@@ -147,7 +147,8 @@ fn exported_styles_have_the_colours_of_the_canonical_evaluator() {
         let inputs: Vec<Input> = style.painted(lighting).inputs().iter().collect();
         let arguments: Vec<String> = (0..inputs.len()).map(row_of).collect();
         let call = format!("styled_program({})", arguments.join(", "));
-        let module = print(style, Format::Wgsl, Within { lights, ..Within::default() }).unwrap();
+        let within = Within { lights, ..Within::default() };
+        let module = export_material(style, Format::Wgsl, within).unwrap().into_text();
         check_colors(&device, (&module, &call), style, (&set, &inputs));
     }
 }
@@ -160,7 +161,8 @@ fn exported_styles_have_these_colours_from_the_fields_of_their_structures() {
     let mut clear = 0;
     for (lights, style) in (1..=8).cycle().zip(&styles()) {
         let set = lit_points(lights as u64, PAIRS, Lighting { lights, has_shadows: true });
-        let module = print(style, Format::Wgsl, Within { lights, ..Within::default() }).unwrap();
+        let within = Within { lights, ..Within::default() };
+        let module = export_material(style, Format::Wgsl, within).unwrap().into_text();
         let calls = styled_calls(style, (Format::Wgsl, lights), row_of);
         clear += calls.len() / 2;
         for call in calls {

@@ -48,10 +48,11 @@ pub struct AnglesQuery {
 /// then for each light the pixels row by row from the bottom. A pixel is eight u16 in ascending
 /// order: the angles at which the light begins to reach the point and ceases in turn, in 1/65535 of
 /// a circle of `light_deg`; 65535 where there are fewer.
-#[utoipa::path(get, path = "/v1/scenes/{id}/lit-angles", tag = "scenes",
+#[utoipa::path(get, path = "/v1/scenes/{id}/lit-angles", operation_id = "get_lit_angles", tag = "scenes",
     params(("id" = SceneId, Path), AnglesQuery),
-    responses((status = 200, content_type = "application/octet-stream"),
-        (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "angles in the binary format above",
+        content_type = "application/octet-stream"),
+        (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<SceneId>,

@@ -13,7 +13,7 @@ use async_stream::try_stream;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_export::{Format, Within, print};
+use brood_export::{Format, Within, check_material};
 use brood_genome::GenomeHash;
 use brood_protocol::{IndividualId, PictureFormat, SceneId};
 use brood_scene::{PictureSize, Sampling};
@@ -60,8 +60,9 @@ pub struct ArchiveQuery {
 /// Returns individuals as a ZIP file, with pictures in the scenes of their lineages.
 ///
 /// Formats that a painted material cannot be exported in are left out.
-#[utoipa::path(get, path = "/v1/exports.zip", tag = "exports", params(ArchiveQuery),
-    responses((status = 200, content_type = "application/zip")))]
+#[utoipa::path(get, path = "/v1/exports.zip", operation_id = "get_archive", tag = "exports",
+    params(ArchiveQuery),
+    responses((status = 200, description = "ZIP file of the individuals", content_type = "application/zip")))]
 pub async fn get(
     State(app): State<App>,
     Query(query): Query<ArchiveQuery>,
@@ -89,8 +90,8 @@ pub async fn get(
             let what = match format {
                 Kind::Source(format) => {
                     // Not each material is one of each format.
-                    if (material.program.is_painted() || format.is_of_painted())
-                        && let Err(error) = print(&material.program, *format, Within::default())
+                    if let Err(error) =
+                        check_material(&material.program, *format, Within::default())
                     {
                         skipped.get_or_insert(error);
                         continue;
@@ -297,7 +298,7 @@ async fn made(app: &App, what: What) -> Result<Bytes, ApiError> {
     match what {
         What::Text(hash) => Ok(app.library.material(hash).await?.genome.to_string().into()),
         What::Source(hash, format, limited) => {
-            Ok(export::text(app, hash, format, limited, Within::default()).await?.into())
+            Ok(export::bytes(app, hash, format, limited, Within::default()).await?.into())
         }
         What::Picture(one, view) => {
             let framed = app.library.frame(view).await?;

@@ -86,9 +86,9 @@ impl CircleQuery {
 }
 
 /// Returns an animated PNG of an individual, with the light going once around its circle.
-#[utoipa::path(get, path = "/v1/individuals/{id}/render.apng", tag = "pictures",
+#[utoipa::path(get, path = "/v1/individuals/{id}/render.apng", operation_id = "get_animation", tag = "pictures",
     params(("id" = IndividualId, Path), CircleQuery),
-    responses((status = 200, content_type = "image/apng"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "animated PNG", content_type = "image/apng"), (status = 304)))]
 pub async fn animation(
     State(app): State<App>,
     Path(id): Path<IndividualId>,
@@ -108,9 +108,10 @@ pub async fn animation(
 }
 
 /// Returns a strip of all pictures along the light's circle, side by side in one PNG.
-#[utoipa::path(get, path = "/v1/individuals/{id}/strip.png", tag = "pictures",
+#[utoipa::path(get, path = "/v1/individuals/{id}/strip.png", operation_id = "get_strip", tag = "pictures",
     params(("id" = IndividualId, Path), CircleQuery),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "strip of pictures as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn strip(
     State(app): State<App>,
     Path(id): Path<IndividualId>,
@@ -133,9 +134,10 @@ pub async fn strip(
 /// circle.
 ///
 /// Each individual has its own exposure.
-#[utoipa::path(get, path = "/v1/generations/{id}/sheet.apng", tag = "pictures",
+#[utoipa::path(get, path = "/v1/generations/{id}/sheet.apng", operation_id = "get_animated_sheet", tag = "pictures",
     params(("id" = GenerationId, Path), CircleQuery),
-    responses((status = 200, content_type = "image/apng"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "contact sheet as animated PNG", content_type = "image/apng"),
+        (status = 304)))]
 pub async fn sheet(
     State(app): State<App>,
     Path(id): Path<GenerationId>,

@@ -76,8 +76,10 @@ pub struct Difference {
 }
 
 /// Compares two to six materials.
-#[utoipa::path(get, path = "/v1/comparison", tag = "individuals", params(ComparisonQuery),
-    responses((status = 200, body = Comparison), (status = 304, description = "unchanged")))]
+#[utoipa::path(get, path = "/v1/comparison", operation_id = "compare_materials", tag = "individuals",
+    params(ComparisonQuery),
+    responses((status = 200, description = "figures of each material and of each pair", body = Comparison),
+        (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Query(query): Query<ComparisonQuery>,
@@ -94,8 +96,10 @@ pub async fn get(
 }
 
 /// Returns the picture of absolute differences of two materials, in exposed linear values.
-#[utoipa::path(get, path = "/v1/comparison/difference.png", tag = "pictures", params(ComparisonQuery),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+#[utoipa::path(get, path = "/v1/comparison/difference.png", operation_id = "get_difference", tag = "pictures",
+    params(ComparisonQuery),
+    responses((status = 200, description = "picture of the differences as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn difference(
     State(app): State<App>,
     Query(query): Query<ComparisonQuery>,

@@ -15,9 +15,9 @@ use crate::problem::ApiError;
 ///
 /// For choosing the crop of an image target whose format a browser cannot show. At most 4096 pixels
 /// a side. Stores nothing.
-#[utoipa::path(post, path = "/v1/develop.png", tag = "jobs",
+#[utoipa::path(post, path = "/v1/develop.png", operation_id = "develop_picture", tag = "jobs",
     request_body(content((Vec<u8> = "image/x-exr"), (Vec<u8> = "image/vnd.radiance"))),
-    responses((status = 200, content_type = "image/png")))]
+    responses((status = 200, description = "developed picture as PNG", content_type = "image/png")))]
 pub async fn png(request: Request<Body>) -> Result<Response, ApiError> {
     let types = ["image/x-exr", "image/vnd.radiance"];
     let (_, bytes) = read_upload(request, &types, limit::TARGET_BYTES).await?;

@@ -27,7 +27,8 @@ const ACCESS_TICK: Duration = Duration::from_secs(2);
 /// Events: `generation`, `thumbnail`, `lineage`, `individual`, `job`, `resync`.
 #[utoipa::path(get, path = "/v1/lineages/{id}/events", tag = "lineages",
     params(("id" = LineageId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event received")),
-    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many open streams")))]
+    responses((status = 200, description = "stream of events", content_type = "text/event-stream"),
+        (status = 503, description = "too many open streams")))]
 pub async fn stream_events(
     State(app): State<App>,
     Path(id): Path<LineageId>,
@@ -42,7 +43,8 @@ pub async fn stream_events(
 /// Events: `state`, `progress`, `best`, `resync`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "jobs",
     params(("id" = JobId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event received")),
-    responses((status = 200, content_type = "text/event-stream"), (status = 503, description = "too many open streams")))]
+    responses((status = 200, description = "stream of events", content_type = "text/event-stream"),
+        (status = 503, description = "too many open streams")))]
 pub async fn stream_job_events(
     State(app): State<App>,
     Path(id): Path<JobId>,

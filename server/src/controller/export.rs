@@ -1,16 +1,20 @@
 //! Exports of individuals and of genomes that are not stored, as source code for other renderers.
 
+mod exported;
+
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_eval::express;
-use brood_export::{Format, PrintError, Within};
+use brood_eval::{express, limited};
+use brood_export::{Format, PrintError, Within, export_material, is_limited};
 use brood_genome::{GenomeHash, RANGE};
+use brood_program::Program;
 use brood_protocol::IndividualId;
 use http::{HeaderMap, HeaderValue, Request, header};
 use serde::Deserialize;
 
+use self::exported::ExportedMaterial;
 use super::file::FileHead;
 use super::genome;
 use crate::extract::{Path, Query, read_upload};
@@ -34,11 +38,25 @@ pub struct ExportFormat {
     media_type: &'static str,
     /// True if only painted materials can be exported in the format.
     painted: bool,
+    /// True if only BRDFs can be exported in the format.
+    brdf: bool,
+    /// `exact`: code, the same function up to rounding; `table`: numbers between which is
+    /// interpolated; `fit`: the nearest of the format's own materials.
+    exactness: &'static str,
+    /// Error of the format, in words.
+    error: &'static str,
+    /// Programs that open the format.
+    opened_by: &'static str,
+    /// Shell commands from nothing to a picture, in which FILE is the name of the file and URL its
+    /// address; empty if the format needs a program of the user.
+    commands: Vec<&'static str>,
+    /// True if path tracers read the format, so that the energy limit is applied by default.
+    path_traced: bool,
 }
 
 /// Lists the export formats.
-#[utoipa::path(get, path = "/v1/exports", tag = "exports",
-    responses((status = 200, body = Vec<ExportFormat>)))]
+#[utoipa::path(get, path = "/v1/exports", operation_id = "list_export_formats", tag = "exports",
+    responses((status = 200, description = "export formats", body = Vec<ExportFormat>)))]
 pub async fn formats() -> Json<Vec<ExportFormat>> {
     let formats = Format::ALL.into_iter().map(|format| ExportFormat {
         name: format.name(),
@@ -46,6 +64,12 @@ pub async fn formats() -> Json<Vec<ExportFormat>> {
         extension: format.extension(),
         media_type: format.media_type(),
         painted: format.is_of_painted(),
+        brdf: format.is_of_brdfs(),
+        exactness: format.exactness().name(),
+        error: format.error(),
+        opened_by: format.opened_by(),
+        commands: format.commands().to_vec(),
+        path_traced: format.is_for_path_tracers(),
     });
     Json(formats.collect())
 }
@@ -55,7 +79,8 @@ pub async fn formats() -> Json<Vec<ExportFormat>> {
 #[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub struct ExportQuery {
-    /// True to apply the energy limit; default: as in the genome.
+    /// True to apply the energy limit; default: true for formats that path tracers read, as in the
+    /// genome for others.
     energy_limit: Option<bool>,
     /// Largest absolute texture coordinate that the code must handle, 0 to 65504; smaller ranges
     /// need fewer clamps.
@@ -105,10 +130,10 @@ fn refused(error: PrintError) -> ApiError {
 }
 
 /// Returns a genome as source code, without storing it.
-#[utoipa::path(post, path = "/v1/exports/{format}", tag = "exports",
+#[utoipa::path(post, path = "/v1/exports/{format}", operation_id = "export_genome", tag = "exports",
     params(("format" = String, Path, description = "name of a format from `GET /v1/exports`"), ExportQuery),
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
-    responses((status = 200, content_type = "text/plain")))]
+    responses(ExportedMaterial))]
 pub async fn print(
     State(app): State<App>,
     Query(query): Query<ExportQuery>,
@@ -119,21 +144,21 @@ pub async fn print(
     let types = ["application/json", genome::TEXT];
     let (content_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
     let is_text = content_type.is(genome::TEXT);
-    let text = move || -> Result<String, ApiError> {
+    let bytes = move || -> Result<Vec<u8>, ApiError> {
         let genome = genome::parse(&bytes, is_text)?;
-        let limited = query.energy_limit.unwrap_or(genome.is_limited());
+        let limited = is_limited(format, query.energy_limit, &genome);
         let program = express(&genome.with_limit(limited));
-        brood_export::print(&program, format, within).map_err(refused)
+        made(&program, format, within).map_err(refused)
     };
-    let text = app.processors.run(text).await??;
+    let bytes = app.processors.run(bytes).await??;
     let content_type = (header::CONTENT_TYPE, format.media_type());
-    Ok(([content_type, (header::CACHE_CONTROL, "no-store")], text).into_response())
+    Ok(([content_type, (header::CACHE_CONTROL, "no-store")], bytes).into_response())
 }
 
 /// Returns the material of a scene's object as source code.
-#[utoipa::path(get, path = "/v1/exports/{format}", tag = "exports",
+#[utoipa::path(get, path = "/v1/exports/{format}", operation_id = "export_scene_material", tag = "exports",
     params(("format" = String, Path, description = "name of a format from `GET /v1/exports`"), MaterialQuery),
-    responses((status = 200, content_type = "text/plain"), (status = 304, description = "unchanged")))]
+    responses(ExportedMaterial, (status = 304)))]
 pub async fn of_material(
     State(app): State<App>,
     Query(query): Query<MaterialQuery>,
@@ -142,18 +167,21 @@ pub async fn of_material(
 ) -> Result<Response, ApiError> {
     let (format, within) = (parse_format(&format)?, within(query.uv_within, query.lights)?);
     let program = app.library.program_of(query.material.as_deref()).await?;
-    let print = move || brood_export::print(&program, format, within);
-    let text = app.processors.run(print).await?.map_err(refused)?;
-    let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
+    let print = move || match format.is_for_path_tracers() {
+        true => made(&limited(program), format, within),
+        false => made(&program, format, within),
+    };
+    let bytes = app.processors.run(print).await?.map_err(refused)?;
+    let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
-    Ok(head.answer(&headers, text))
+    Ok(head.answer(&headers, bytes))
 }
 
 /// Returns an individual as source code.
-#[utoipa::path(get, path = "/v1/individuals/{id}/exports/{format}", tag = "exports",
+#[utoipa::path(get, path = "/v1/individuals/{id}/exports/{format}", operation_id = "export_individual", tag = "exports",
     params(("id" = IndividualId, Path),
         ("format" = String, Path, description = "name of a format from `GET /v1/exports`"), ExportQuery),
-    responses((status = 200, content_type = "text/plain"), (status = 304, description = "unchanged")))]
+    responses(ExportedMaterial, (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Query(query): Query<ExportQuery>,
@@ -162,42 +190,49 @@ pub async fn get(
 ) -> Result<Response, ApiError> {
     let (format, within) = (parse_format(&format)?, query.within()?);
     let individual = app.store.individual(id).await?;
-    let text = text(&app, individual.hash, format, query.energy_limit, within).await?;
-    let etag = format!("\"{}\"", blake3::hash(text.as_bytes()).to_hex());
+    let bytes = bytes(&app, individual.hash, format, query.energy_limit, within).await?;
+    let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
-    let mut response = head.answer(&headers, text);
+    let mut response = head.answer(&headers, bytes);
     let hash = individual.hash.to_string();
-    let name = format!("attachment; filename=\"brood-{}.{}\"", &hash[..8], format.extension());
-    let name =
-        HeaderValue::from_str(&name).expect("hashes and endings are letters, digits and dots");
+    let name = format.file_name(&format!("brood-{}", &hash[..8]));
+    let name = format!("attachment; filename=\"{name}\"");
+    let name = HeaderValue::from_str(&name)
+        .expect("hashes and endings are letters, digits, dots and dashes");
     response.headers_mut().insert(header::CONTENT_DISPOSITION, name);
     Ok(response)
 }
 
-/// Returns a stored genome as source code.
+/// Returns a stored genome in a format.
 ///
 /// # Errors
 /// [`ApiError`] if the genome cannot be read, or the format cannot carry it.
-pub(super) async fn text(
+pub(super) async fn bytes(
     app: &App,
     hash: GenomeHash,
     format: Format,
     energy_limit: Option<bool>,
     within: Within,
-) -> Result<String, ApiError> {
+) -> Result<Vec<u8>, ApiError> {
     let material = app.library.material(hash).await?;
-    let limited = energy_limit.unwrap_or(material.genome.is_limited());
+    let limited = is_limited(format, energy_limit, &material.genome);
     let is_as_bred = limited == material.genome.is_limited();
-    if is_as_bred && material.program.layers().is_empty() {
-        return brood_export::print(&material.program, format, within).map_err(refused);
+    let is_fast = !format.is_for_path_tracers() && !format.is_table();
+    if is_as_bred && material.program.layers().is_empty() && is_fast {
+        return made(&material.program, format, within).map_err(refused);
     }
-    // The limit needs a numeric search, and models with tables take milliseconds to prepare.
-    let text = move || {
+    // The limit needs a numeric search, models with tables take milliseconds to prepare, and
+    // formats for path tracers and tables sample the material.
+    let bytes = move || {
         if is_as_bred {
-            return brood_export::print(&material.program, format, within);
+            return made(&material.program, format, within);
         }
         let program = express(&material.genome.clone().with_limit(limited));
-        brood_export::print(&program, format, within)
+        made(&program, format, within)
     };
-    app.processors.run(text).await?.map_err(refused)
+    app.processors.run(bytes).await?.map_err(refused)
+}
+
+fn made(program: &Program, format: Format, within: Within) -> Result<Vec<u8>, PrintError> {
+    export_material(program, format, within).map(|exported| exported.bytes)
 }

@@ -22,7 +22,7 @@ const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 /// Breeds a generation.
 #[utoipa::path(post, path = "/v1/lineages/{id}/generations", tag = "generations",
     params(("id" = LineageId, Path)), request_body = Breed,
-    responses((status = 201, body = Generation, headers(
+    responses((status = 201, description = "generation with its individuals", body = Generation, headers(
         ("Link" = String, description = "job that renders the pictures, with rel=status; absent if no picture must be rendered"),
         ("Server-Timing" = String, description = "duration of each stage")))))]
 pub async fn breed(
@@ -38,7 +38,7 @@ pub async fn breed(
 /// children of `parent`.
 #[utoipa::path(post, path = "/v1/lineages/{id}/adoptions", tag = "generations",
     params(("id" = LineageId, Path)), request_body = Adopt,
-    responses((status = 201, body = Generation, headers(
+    responses((status = 201, description = "generation with its individuals", body = Generation, headers(
         ("Link" = String, description = "job that renders the pictures, with rel=status; absent if no picture must be rendered"),
         ("Server-Timing" = String, description = "duration of each stage")))))]
 pub async fn adopt(
@@ -90,9 +90,9 @@ async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
 }
 
 /// Lists a lineage's generations, oldest first.
-#[utoipa::path(get, path = "/v1/lineages/{id}/generations", tag = "generations",
+#[utoipa::path(get, path = "/v1/lineages/{id}/generations", operation_id = "list_generations", tag = "generations",
     params(("id" = LineageId, Path), PageQuery),
-    responses((status = 200, body = Page<Generation>)))]
+    responses((status = 200, description = "page of generations", body = Page<Generation>)))]
 pub async fn list(
     State(app): State<App>,
     Path(id): Path<LineageId>,
@@ -111,8 +111,9 @@ pub async fn list(
 }
 
 /// Returns a generation.
-#[utoipa::path(get, path = "/v1/generations/{id}", tag = "generations",
-    params(("id" = GenerationId, Path)), responses((status = 200, body = Generation)))]
+#[utoipa::path(get, path = "/v1/generations/{id}", operation_id = "get_generation", tag = "generations",
+    params(("id" = GenerationId, Path)),
+    responses((status = 200, description = "generation with its individuals", body = Generation)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<GenerationId>,

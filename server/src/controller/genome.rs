@@ -30,9 +30,9 @@ pub struct GenomeAnswer {
 }
 
 /// Stores a genome.
-#[utoipa::path(post, path = "/v1/genomes", tag = "genomes",
+#[utoipa::path(post, path = "/v1/genomes", operation_id = "create_genome", tag = "genomes",
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
-    responses((status = 201, body = GenomeAnswer)))]
+    responses((status = 201, description = "hash of the genome", body = GenomeAnswer)))]
 pub async fn create(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -69,9 +69,11 @@ pub async fn create(
 }
 
 /// Returns a genome as JSON, or as text if `Accept` asks for `text/x-brood`.
-#[utoipa::path(get, path = "/v1/genomes/{hash}", tag = "genomes",
+#[utoipa::path(get, path = "/v1/genomes/{hash}", operation_id = "get_genome", tag = "genomes",
     params(("hash" = String, Path, description = "64 hexadecimal digits")),
-    responses((status = 200, content((serde_json::Value = "application/json"), (String = "text/x-brood")))))]
+    responses((status = 200, description = "genome as JSON or text",
+        content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
+        (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Path(hash): Path<String>,

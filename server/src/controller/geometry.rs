@@ -37,9 +37,11 @@ pub struct TextureQuery {
 /// the bounding sphere; then f32 arrays: positions relative to the centre in radii (3 per vertex),
 /// unit normals (3), unit tangents along u (3), texture coordinates (2); then u32 corners (3 per
 /// triangle).
-#[utoipa::path(get, path = "/v1/meshes/{id}/geometry", tag = "meshes",
+#[utoipa::path(get, path = "/v1/meshes/{id}/geometry", operation_id = "get_mesh_geometry", tag = "meshes",
     params(("id" = String, Path, description = "id of a mesh, name of a built-in mesh, or `ground`"), TextureQuery),
-    responses((status = 200, content_type = "application/vnd.brood.geometry"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "geometry in the binary format above",
+        content_type = "application/vnd.brood.geometry"),
+        (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<String>,
@@ -55,9 +57,10 @@ pub async fn get(
 ///
 /// POSITION in the mesh's own units, NORMAL, TANGENT along u, and TEXCOORD_0 if the mesh has
 /// texture coordinates.
-#[utoipa::path(get, path = "/v1/meshes/{id}/mesh.glb", tag = "meshes",
+#[utoipa::path(get, path = "/v1/meshes/{id}/mesh.glb", operation_id = "get_mesh_glb", tag = "meshes",
     params(("id" = String, Path, description = "id of a mesh, name of a built-in mesh, or `ground`"), TextureQuery),
-    responses((status = 200, content_type = "model/gltf-binary"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "mesh as glTF 2.0 binary", content_type = "model/gltf-binary"),
+        (status = 304)))]
 pub async fn glb(
     State(app): State<App>,
     Path(id): Path<String>,

@@ -35,8 +35,9 @@ pub struct FavouritesQuery {
 }
 
 /// Lists the favourites of one lineage or all, newest first.
-#[utoipa::path(get, path = "/v1/individuals", tag = "individuals", params(FavouritesQuery),
-    responses((status = 200, body = Page<IndividualDetail>)))]
+#[utoipa::path(get, path = "/v1/individuals", operation_id = "list_favourites", tag = "individuals",
+    params(FavouritesQuery),
+    responses((status = 200, description = "page of favourites", body = Page<IndividualDetail>)))]
 pub async fn list(
     State(app): State<App>,
     Query(query): Query<FavouritesQuery>,
@@ -55,8 +56,9 @@ pub async fn list(
 }
 
 /// Returns an individual.
-#[utoipa::path(get, path = "/v1/individuals/{id}", tag = "individuals",
-    params(("id" = IndividualId, Path)), responses((status = 200, body = IndividualDetail)))]
+#[utoipa::path(get, path = "/v1/individuals/{id}", operation_id = "get_individual", tag = "individuals",
+    params(("id" = IndividualId, Path)),
+    responses((status = 200, description = "individual", body = IndividualDetail)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<IndividualId>,
@@ -71,9 +73,10 @@ pub async fn get(
 }
 
 /// Changes an individual's favourite mark or note.
-#[utoipa::path(patch, path = "/v1/individuals/{id}", tag = "individuals",
+#[utoipa::path(patch, path = "/v1/individuals/{id}", operation_id = "patch_individual", tag = "individuals",
     params(("id" = IndividualId, Path), ("If-Match" = String, Header, description = "ETag of the individual as last read")),
-    request_body = PatchIndividual, responses((status = 200, body = IndividualDetail)))]
+    request_body = PatchIndividual,
+    responses((status = 200, description = "individual after the change", body = IndividualDetail)))]
 pub async fn patch(
     State(app): State<App>,
     Path(id): Path<IndividualId>,
@@ -99,9 +102,9 @@ pub struct AncestryQuery {
 }
 
 /// Lists an individual's ancestors, nearest first.
-#[utoipa::path(get, path = "/v1/individuals/{id}/ancestry", tag = "individuals",
+#[utoipa::path(get, path = "/v1/individuals/{id}/ancestry", operation_id = "list_ancestors", tag = "individuals",
     params(("id" = IndividualId, Path), AncestryQuery),
-    responses((status = 200, body = Page<IndividualDetail>)))]
+    responses((status = 200, description = "page of ancestors", body = Page<IndividualDetail>)))]
 pub async fn ancestry(
     State(app): State<App>,
     Path(id): Path<IndividualId>,
@@ -119,9 +122,9 @@ pub async fn ancestry(
 }
 
 /// Lists an individual's descendants in all lineages, oldest first.
-#[utoipa::path(get, path = "/v1/individuals/{id}/descendants", tag = "individuals",
+#[utoipa::path(get, path = "/v1/individuals/{id}/descendants", operation_id = "list_descendants", tag = "individuals",
     params(("id" = IndividualId, Path), PageQuery),
-    responses((status = 200, body = Page<IndividualDetail>)))]
+    responses((status = 200, description = "page of descendants", body = Page<IndividualDetail>)))]
 pub async fn descendants(
     State(app): State<App>,
     Path(id): Path<IndividualId>,

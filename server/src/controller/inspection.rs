@@ -20,8 +20,9 @@ const SLICE_PX: u32 = 256;
 
 /// Returns an individual's source, live code, counts, physical checks, albedo, and reflectance over
 /// planes.
-#[utoipa::path(get, path = "/v1/individuals/{id}/inspection", tag = "individuals",
-    params(("id" = IndividualId, Path)), responses((status = 200, body = Inspection)))]
+#[utoipa::path(get, path = "/v1/individuals/{id}/inspection", operation_id = "inspect_individual", tag = "individuals",
+    params(("id" = IndividualId, Path)),
+    responses((status = 200, description = "source, counts and checks of the individual", body = Inspection)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<IndividualId>,
@@ -55,9 +56,10 @@ pub struct SliceQuery {
 /// Returns the image slice of an individual.
 ///
 /// Half angle from left to right and difference angle from bottom to top, both 0 to 90 degrees.
-#[utoipa::path(get, path = "/v1/individuals/{id}/slice.png", tag = "pictures",
+#[utoipa::path(get, path = "/v1/individuals/{id}/slice.png", operation_id = "get_slice", tag = "pictures",
     params(("id" = IndividualId, Path), SliceQuery),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "image slice as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn slice(
     State(app): State<App>,
     Path(id): Path<IndividualId>,

@@ -12,8 +12,9 @@ use crate::state::App;
 /// Returns a job: a search, or a render job of a brood's pictures.
 ///
 /// Finished render jobs are kept for a limited time and not across a restart.
-#[utoipa::path(get, path = "/v1/jobs/{id}", tag = "jobs",
-    params(("id" = JobId, Path)), responses((status = 200, body = AnyJob)))]
+#[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = 200, description = "search or render job", body = AnyJob)))]
 pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<AnyJob>, ApiError> {
     match app.store.search(id).await {
         Ok(search) => {

@@ -23,8 +23,8 @@ use crate::state::App;
 
 /// Uploads an IES file.
 #[utoipa::path(post, path = "/v1/profiles", tag = "lights",
-    request_body(content((String = "application/x-ies"), (String = "text/plain"))),
-    responses((status = 201, body = LightAssetAnswer)))]
+    request_body(content((Vec<u8> = "application/x-ies"), (Vec<u8> = "text/plain"))),
+    responses((status = 201, description = "id and summary of the profile", body = LightAssetAnswer)))]
 pub async fn create_profile(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -36,7 +36,7 @@ pub async fn create_profile(
 /// Uploads an environment image: equirectangular, Radiance HDR or EXR.
 #[utoipa::path(post, path = "/v1/environments", tag = "lights",
     request_body(content((Vec<u8> = "image/vnd.radiance"), (Vec<u8> = "image/x-exr"))),
-    responses((status = 201, body = LightAssetAnswer)))]
+    responses((status = 201, description = "id and summary of the environment", body = LightAssetAnswer)))]
 pub async fn create_environment(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -48,7 +48,7 @@ pub async fn create_environment(
 /// Uploads an image for painted materials or scenes: PNG or JPEG, at most 4096 pixels a side.
 #[utoipa::path(post, path = "/v1/images", tag = "genomes",
     request_body(content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg"))),
-    responses((status = 201, body = LightAssetAnswer)))]
+    responses((status = 201, description = "id and size of the image", body = LightAssetAnswer)))]
 pub async fn create_image(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -58,9 +58,10 @@ pub async fn create_image(
 }
 
 /// Returns an image as it was uploaded.
-#[utoipa::path(get, path = "/v1/images/{id}", tag = "genomes",
+#[utoipa::path(get, path = "/v1/images/{id}", operation_id = "get_image", tag = "genomes",
     params(("id" = String, Path, description = "64 hexadecimal digits")),
-    responses((status = 200, content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg")))))]
+    responses((status = 200, description = "image file",
+        content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg")))))]
 pub async fn image(
     State(app): State<App>,
     Path(id): Path<String>,
@@ -82,9 +83,9 @@ pub struct EnvironmentMean {
 }
 
 /// Returns the mean light of a built-in or uploaded environment.
-#[utoipa::path(get, path = "/v1/environments/{image}/mean", tag = "lights",
+#[utoipa::path(get, path = "/v1/environments/{image}/mean", operation_id = "get_environment_mean", tag = "lights",
     params(("image" = String, Path, description = "name of a built-in environment, or id of an image")),
-    responses((status = 200, body = EnvironmentMean)))]
+    responses((status = 200, description = "mean light", body = EnvironmentMean)))]
 pub async fn environment_mean(
     State(app): State<App>,
     Path(image): Path<String>,

@@ -28,8 +28,9 @@ use crate::state::App;
 const COLLECTION: &str = "/v1/lineages";
 
 /// Creates a lineage.
-#[utoipa::path(post, path = "/v1/lineages", tag = "lineages", request_body = CreateLineage,
-    responses((status = 201, body = Lineage)))]
+#[utoipa::path(post, path = "/v1/lineages", operation_id = "create_lineage", tag = "lineages",
+    request_body = CreateLineage,
+    responses((status = 201, description = "new lineage", body = Lineage)))]
 pub async fn create(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -101,8 +102,9 @@ pub struct LineagesQuery {
 }
 
 /// Lists the lineages that are not hidden, newest first.
-#[utoipa::path(get, path = "/v1/lineages", tag = "lineages", params(LineagesQuery),
-    responses((status = 200, body = Page<ListedLineage>)))]
+#[utoipa::path(get, path = "/v1/lineages", operation_id = "list_lineages", tag = "lineages",
+    params(LineagesQuery),
+    responses((status = 200, description = "page of lineages", body = Page<ListedLineage>)))]
 pub async fn list(
     State(app): State<App>,
     Query(query): Query<LineagesQuery>,
@@ -127,17 +129,18 @@ pub async fn list(
 }
 
 /// Returns a lineage.
-#[utoipa::path(get, path = "/v1/lineages/{id}", tag = "lineages",
-    params(("id" = LineageId, Path)), responses((status = 200, body = Lineage)))]
+#[utoipa::path(get, path = "/v1/lineages/{id}", operation_id = "get_lineage", tag = "lineages",
+    params(("id" = LineageId, Path)), responses((status = 200, description = "lineage", body = Lineage)))]
 pub async fn get(State(app): State<App>, Path(id): Path<LineageId>) -> Result<Response, ApiError> {
     let lineage = app.store.lineage(id).await?;
     Ok(versioned(lineage.version, &lineage))
 }
 
 /// Changes a lineage's name, notes, tags, scene, cover or defaults; hides or restores it.
-#[utoipa::path(patch, path = "/v1/lineages/{id}", tag = "lineages",
+#[utoipa::path(patch, path = "/v1/lineages/{id}", operation_id = "patch_lineage", tag = "lineages",
     params(("id" = LineageId, Path), ("If-Match" = String, Header, description = "ETag of the lineage as last read")),
-    request_body = PatchLineage, responses((status = 200, body = Lineage)))]
+    request_body = PatchLineage,
+    responses((status = 200, description = "lineage after the change", body = Lineage)))]
 pub async fn patch(
     State(app): State<App>,
     Path(id): Path<LineageId>,
@@ -185,8 +188,9 @@ pub struct DeleteQuery {
 }
 
 /// Hides a lineage, or removes it permanently.
-#[utoipa::path(delete, path = "/v1/lineages/{id}", tag = "lineages",
-    params(("id" = LineageId, Path), DeleteQuery), responses((status = 204)))]
+#[utoipa::path(delete, path = "/v1/lineages/{id}", operation_id = "delete_lineage", tag = "lineages",
+    params(("id" = LineageId, Path), DeleteQuery),
+    responses((status = 204, description = "lineage hidden or removed")))]
 pub async fn delete(
     State(app): State<App>,
     Path(id): Path<LineageId>,

@@ -34,9 +34,9 @@ const CHUNK: usize = 200;
 const JSON: &str = "application/json";
 
 /// Exports a lineage as one file.
-#[utoipa::path(get, path = "/v1/lineages/{id}/file", tag = "lineages",
+#[utoipa::path(get, path = "/v1/lineages/{id}/file", operation_id = "export_lineage", tag = "lineages",
     params(("id" = LineageId, Path)),
-    responses((status = 200, body = LineageFile),
+    responses((status = 200, description = "lineage with its generations and genomes", body = LineageFile),
         (status = 422, description = "the file would be larger than the import limit of 256 MiB")))]
 pub async fn export(
     State(app): State<App>,
@@ -105,8 +105,9 @@ pub async fn export(
 /// Imports a lineage file of at most 256 MiB.
 ///
 /// Individuals get new ids; the genome hashes stay the same.
-#[utoipa::path(post, path = "/v1/lineages/import", tag = "lineages", request_body = LineageFile,
-    responses((status = 201, body = Lineage)))]
+#[utoipa::path(post, path = "/v1/lineages/import", operation_id = "import_lineage", tag = "lineages",
+    request_body = LineageFile,
+    responses((status = 201, description = "imported lineage", body = Lineage)))]
 pub async fn import(
     State(app): State<App>,
     key: IdempotencyKey,

@@ -19,9 +19,9 @@ use crate::state::App;
 const COLLECTION: &str = "/v1/meshes";
 
 /// Uploads an OBJ file.
-#[utoipa::path(post, path = "/v1/meshes", tag = "meshes",
-    request_body(content = String, content_type = "model/obj"),
-    responses((status = 201, body = MeshAnswer)))]
+#[utoipa::path(post, path = "/v1/meshes", operation_id = "create_mesh", tag = "meshes",
+    request_body(content = Vec<u8>, content_type = "model/obj"),
+    responses((status = 201, description = "id and summary of the mesh", body = MeshAnswer)))]
 pub async fn create(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -43,8 +43,9 @@ pub async fn create(
 }
 
 /// Returns a mesh's summary, without its geometry.
-#[utoipa::path(get, path = "/v1/meshes/{id}", tag = "meshes",
-    params(("id" = MeshId, Path)), responses((status = 200, body = MeshAnswer)))]
+#[utoipa::path(get, path = "/v1/meshes/{id}", operation_id = "get_mesh", tag = "meshes",
+    params(("id" = MeshId, Path)),
+    responses((status = 200, description = "summary of the mesh", body = MeshAnswer)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<MeshId>,

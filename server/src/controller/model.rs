@@ -84,8 +84,8 @@ impl From<&Parameter> for ParameterAnswer {
 }
 
 /// Lists the reflectance models with their parameters.
-#[utoipa::path(get, path = "/v1/models", tag = "genomes",
-    responses((status = 200, body = Vec<ModelAnswer>)))]
+#[utoipa::path(get, path = "/v1/models", operation_id = "list_models", tag = "genomes",
+    responses((status = 200, description = "reflectance models", body = Vec<ModelAnswer>)))]
 pub async fn list() -> Json<Vec<ModelAnswer>> {
     let answer = ModelKind::ALL.map(|kind| ModelAnswer {
         name: kind.name(),

@@ -10,14 +10,14 @@ use crate::state::App;
 
 /// Answers `ok` while the process runs.
 #[utoipa::path(get, path = "/healthz", tag = "operation",
-    responses((status = 200, body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "`ok`", body = String, content_type = "text/plain")))]
 pub async fn health() -> &'static str {
     "ok\n"
 }
 
 /// Answers `ready` if the server can read and write its data and is not stopping.
 #[utoipa::path(get, path = "/readyz", tag = "operation",
-    responses((status = 200, body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "`ready`", body = String, content_type = "text/plain")))]
 pub async fn ready(State(app): State<App>) -> Result<&'static str, ApiError> {
     if app.stopping.is_cancelled() {
         return Err(ApiError::stopping("retry after the restart"));
@@ -31,7 +31,7 @@ pub async fn ready(State(app): State<App>) -> Result<&'static str, ApiError> {
 
 /// Returns metrics in the Prometheus text format.
 #[utoipa::path(get, path = "/metrics", tag = "operation",
-    responses((status = 200, body = String, content_type = "text/plain")))]
+    responses((status = 200, description = "metrics", body = String, content_type = "text/plain")))]
 pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     let counts = app.store.counts().await?;
     let rows = [

@@ -17,9 +17,9 @@ use crate::problem::ApiError;
 /// Up to 6 regions by hue and saturation, the largest first, each with the mean colours of its
 /// darkest tenth, the tenth of middle lightness and its brightest tenth. Transparent pixels are
 /// ignored. At most 4096 pixels a side. Stores nothing.
-#[utoipa::path(post, path = "/v1/palettes", tag = "generations",
+#[utoipa::path(post, path = "/v1/palettes", operation_id = "read_palette", tag = "generations",
     request_body(content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg"))),
-    responses((status = 200, body = PaintingPalette)))]
+    responses((status = 200, description = "colours by regions", body = PaintingPalette)))]
 pub async fn read(request: Request<Body>) -> Result<Json<PaintingPalette>, ApiError> {
     let types = ["image/png", "image/jpeg"];
     let (_, bytes) = read_upload(request, &types, limit::TARGET_BYTES).await?;

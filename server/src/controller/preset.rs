@@ -21,8 +21,8 @@ pub struct PresetAnswer {
 }
 
 /// Lists the presets.
-#[utoipa::path(get, path = "/v1/presets", tag = "genomes",
-    responses((status = 200, body = Vec<PresetAnswer>)))]
+#[utoipa::path(get, path = "/v1/presets", operation_id = "list_presets", tag = "genomes",
+    responses((status = 200, description = "presets", body = Vec<PresetAnswer>)))]
 pub async fn list() -> Json<Vec<PresetAnswer>> {
     let answer = PRESETS.iter().map(|preset| PresetAnswer {
         name: preset.name,

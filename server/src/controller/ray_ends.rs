@@ -53,10 +53,11 @@ pub struct RayEndsQuery {
 /// and 0. The position on the background is that in the picture of a backdrop. Then, for each set
 /// of angles, eight u16 for each end: of a scene that has lit angles, those of its lights, then
 /// those of its lights as if they shone through the subject.
-#[utoipa::path(get, path = "/v1/scenes/{id}/ray-ends", tag = "scenes",
+#[utoipa::path(get, path = "/v1/scenes/{id}/ray-ends", operation_id = "get_ray_ends", tag = "scenes",
     params(("id" = SceneId, Path), RayEndsQuery),
-    responses((status = 200, content_type = "application/octet-stream"),
-        (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "ends of rays in the binary format above",
+        content_type = "application/octet-stream"),
+        (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<SceneId>,

@@ -48,9 +48,9 @@ pub struct RenderQuery {
 }
 
 /// Returns a picture of an individual as PNG.
-#[utoipa::path(get, path = "/v1/individuals/{id}/render.png", tag = "pictures",
+#[utoipa::path(get, path = "/v1/individuals/{id}/render.png", operation_id = "render_individual_png", tag = "pictures",
     params(("id" = IndividualId, Path), RenderQuery),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "picture as PNG", content_type = "image/png"), (status = 304)))]
 pub async fn png(
     state: State<App>,
     path: Path<IndividualId>,
@@ -61,9 +61,10 @@ pub async fn png(
 }
 
 /// Returns the linear radiance of an individual as EXR.
-#[utoipa::path(get, path = "/v1/individuals/{id}/render.exr", tag = "pictures",
+#[utoipa::path(get, path = "/v1/individuals/{id}/render.exr", operation_id = "render_individual_exr", tag = "pictures",
     params(("id" = IndividualId, Path), RenderQuery),
-    responses((status = 200, content_type = "image/x-exr"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "linear radiance as EXR", content_type = "image/x-exr"),
+        (status = 304)))]
 pub async fn exr(
     state: State<App>,
     path: Path<IndividualId>,

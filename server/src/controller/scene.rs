@@ -20,8 +20,8 @@ use crate::state::App;
 const COLLECTION: &str = "/v1/scenes";
 
 /// Stores a scene; equal scenes have the same id.
-#[utoipa::path(post, path = "/v1/scenes", tag = "scenes", request_body = Scene,
-    responses((status = 201, body = SceneAnswer)))]
+#[utoipa::path(post, path = "/v1/scenes", operation_id = "create_scene", tag = "scenes", request_body = Scene,
+    responses((status = 201, description = "scene with its id", body = SceneAnswer)))]
 pub async fn create(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -41,15 +41,16 @@ pub async fn create(
 }
 
 /// Returns the default scene of new lineages.
-#[utoipa::path(get, path = "/v1/scenes/default", tag = "scenes",
-    responses((status = 200, body = Scene)))]
+#[utoipa::path(get, path = "/v1/scenes/default", operation_id = "get_default_scene", tag = "scenes",
+    responses((status = 200, description = "default scene", body = Scene)))]
 pub async fn default() -> Json<Scene> {
     Json(Scene::default())
 }
 
 /// Returns a scene.
-#[utoipa::path(get, path = "/v1/scenes/{id}", tag = "scenes",
-    params(("id" = SceneId, Path)), responses((status = 200, body = SceneAnswer)))]
+#[utoipa::path(get, path = "/v1/scenes/{id}", operation_id = "get_scene", tag = "scenes",
+    params(("id" = SceneId, Path)),
+    responses((status = 200, description = "scene with its id", body = SceneAnswer)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<SceneId>,

@@ -31,8 +31,10 @@ const COLLECTION: &str = "/v1/jobs";
 const LOG_LINES: u32 = 1000;
 
 /// Starts a search.
-#[utoipa::path(post, path = "/v1/jobs", tag = "jobs", request_body = CreateSearch,
-    responses((status = 202, body = SearchAnswer, headers(("Location" = String, description = "URL of the job")))))]
+#[utoipa::path(post, path = "/v1/jobs", operation_id = "create_search", tag = "jobs",
+    request_body = CreateSearch,
+    responses((status = 202, description = "queued search", body = SearchAnswer,
+        headers(("Location" = String, description = "URL of the job")))))]
 pub async fn create(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -73,8 +75,8 @@ pub struct SearchesQuery {
 }
 
 /// Lists the searches, newest first.
-#[utoipa::path(get, path = "/v1/jobs", tag = "jobs", params(SearchesQuery),
-    responses((status = 200, body = Page<SearchAnswer>)))]
+#[utoipa::path(get, path = "/v1/jobs", operation_id = "list_searches", tag = "jobs", params(SearchesQuery),
+    responses((status = 200, description = "page of searches", body = Page<SearchAnswer>)))]
 pub async fn list(
     State(app): State<App>,
     Query(query): Query<SearchesQuery>,
@@ -91,8 +93,9 @@ pub async fn list(
 }
 
 /// Pauses a search.
-#[utoipa::path(post, path = "/v1/jobs/{id}/pause", tag = "jobs",
-    params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
+#[utoipa::path(post, path = "/v1/jobs/{id}/pause", operation_id = "pause_search", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = 200, description = "search after the change", body = SearchAnswer)))]
 pub async fn pause(
     State(app): State<App>,
     Path(id): Path<JobId>,
@@ -102,8 +105,9 @@ pub async fn pause(
 }
 
 /// Resumes a paused search.
-#[utoipa::path(post, path = "/v1/jobs/{id}/resume", tag = "jobs",
-    params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
+#[utoipa::path(post, path = "/v1/jobs/{id}/resume", operation_id = "resume_search", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = 200, description = "search after the change", body = SearchAnswer)))]
 pub async fn resume(
     State(app): State<App>,
     Path(id): Path<JobId>,
@@ -113,8 +117,9 @@ pub async fn resume(
 }
 
 /// Cancels a search; its best result so far is kept.
-#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", tag = "jobs",
-    params(("id" = JobId, Path)), responses((status = 200, body = SearchAnswer)))]
+#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_search", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = 200, description = "search after the change", body = SearchAnswer)))]
 pub async fn cancel(
     State(app): State<App>,
     Path(id): Path<JobId>,
@@ -157,8 +162,9 @@ fn wrong_state(change: SearchChange, state: SearchState) -> ApiError {
 /// Returns the results of a search, best first.
 ///
 /// While the search runs, or after it was cancelled, only the best result so far.
-#[utoipa::path(get, path = "/v1/jobs/{id}/front", tag = "jobs",
-    params(("id" = JobId, Path)), responses((status = 200, body = Front)))]
+#[utoipa::path(get, path = "/v1/jobs/{id}/front", operation_id = "get_search_front", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = 200, description = "results, best first", body = Front)))]
 pub async fn front(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<Front>, ApiError> {
     let search = app.store.search(id).await?;
     let mut items = app.store.search_front(id).await?;
@@ -184,9 +190,10 @@ pub struct LogQuery {
 }
 
 /// Streams the log of a search: one line of JSON per generation.
-#[utoipa::path(get, path = "/v1/jobs/{id}/log", tag = "jobs",
+#[utoipa::path(get, path = "/v1/jobs/{id}/log", operation_id = "get_search_log", tag = "jobs",
     params(("id" = JobId, Path), LogQuery),
-    responses((status = 200, body = SearchLine, content_type = "application/x-ndjson")))]
+    responses((status = 200, description = "lines of JSON, each a `SearchLine`", body = String,
+        content_type = "application/x-ndjson")))]
 pub async fn log(
     State(app): State<App>,
     Path(id): Path<JobId>,

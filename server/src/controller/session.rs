@@ -22,7 +22,7 @@ pub struct SignIn {
 
 /// Signs in: stores a token in the page's cookie.
 #[utoipa::path(post, path = "/v1/session", tag = "operation", request_body = SignIn,
-    responses((status = 204)))]
+    responses((status = 204, description = "cookie with the token set")))]
 pub async fn sign_in(State(app): State<App>, body: Json<SignIn>) -> Result<Response, ApiError> {
     let token = body.value.token;
     // Tokens are hexadecimal digits: other characters must not reach a header.
@@ -34,7 +34,8 @@ pub async fn sign_in(State(app): State<App>, body: Json<SignIn>) -> Result<Respo
 }
 
 /// Signs out: removes the token from the page's cookie.
-#[utoipa::path(delete, path = "/v1/session", tag = "operation", responses((status = 204)))]
+#[utoipa::path(delete, path = "/v1/session", tag = "operation",
+    responses((status = 204, description = "cookie removed")))]
 pub async fn sign_out() -> Response {
     cookie("", 0)
 }

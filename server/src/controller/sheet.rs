@@ -39,9 +39,10 @@ pub struct SheetView {
 
 /// Returns a generation's contact sheet: 6 x 6 around the centre for 20 children, near-square for
 /// other numbers.
-#[utoipa::path(get, path = "/v1/generations/{id}/sheet.png", tag = "pictures",
+#[utoipa::path(get, path = "/v1/generations/{id}/sheet.png", operation_id = "get_sheet", tag = "pictures",
     params(("id" = GenerationId, Path), SheetView),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "contact sheet as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn generation(
     State(app): State<App>,
     Path(id): Path<GenerationId>,
@@ -68,8 +69,10 @@ pub struct SheetQuery {
 }
 
 /// Returns a near-square contact sheet of any individuals, each in its lineage's scene.
-#[utoipa::path(get, path = "/v1/sheet.png", tag = "pictures", params(SheetQuery),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+#[utoipa::path(get, path = "/v1/sheet.png", operation_id = "get_sheet_of_individuals", tag = "pictures",
+    params(SheetQuery),
+    responses((status = 200, description = "contact sheet as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn individuals(
     State(app): State<App>,
     Query(query): Query<SheetQuery>,

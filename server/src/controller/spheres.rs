@@ -76,11 +76,12 @@ pub struct PostedSpheresQuery {
 /// With n turns, n > 1, the rows are as long as one sphere: those of the lower, middle and upper
 /// places in the middle column, with the first environment rotated by 0 and the others with it,
 /// then with all turned further by 1 / n of a circle, and so on. No backdrop follows.
-#[utoipa::path(get, path = "/v1/individuals/{id}/lit-spheres", tag = "pictures",
+#[utoipa::path(get, path = "/v1/individuals/{id}/lit-spheres", operation_id = "get_lit_spheres", tag = "pictures",
     params(("id" = IndividualId, Path), SpheresQuery),
-    responses((status = 200, content_type = "application/octet-stream"),
+    responses((status = 200, description = "radiance in the binary format above",
+        content_type = "application/octet-stream"),
         (status = 204, description = "the material is anisotropic, textured or painted, or has bumps"),
-        (status = 304, description = "unchanged")))]
+        (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<IndividualId>,
@@ -105,9 +106,11 @@ pub async fn get(
 
 /// Returns the radiance of a genome in the environments of a scene, without storing the genome: the
 /// same file as for an individual.
-#[utoipa::path(post, path = "/v1/lit-spheres", tag = "pictures", params(PostedSpheresQuery),
+#[utoipa::path(post, path = "/v1/lit-spheres", operation_id = "post_lit_spheres", tag = "pictures",
+    params(PostedSpheresQuery),
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
-    responses((status = 200, content_type = "application/octet-stream"),
+    responses((status = 200, description = "radiance in the binary format of an individual",
+        content_type = "application/octet-stream"),
         (status = 204, description = "the material is anisotropic, textured or painted, or has bumps")))]
 pub async fn post(
     State(app): State<App>,

@@ -8,8 +8,8 @@ use crate::limit;
 use crate::state::App;
 
 /// Returns the version, the backend in use and why, the workers, and the limits.
-#[utoipa::path(get, path = "/v1/system", tag = "operation",
-    responses((status = 200, body = SystemAnswer)))]
+#[utoipa::path(get, path = "/v1/system", operation_id = "get_system", tag = "operation",
+    responses((status = 200, description = "version, backend, workers and limits", body = SystemAnswer)))]
 pub async fn get(State(app): State<App>) -> Json<SystemAnswer> {
     let (workers, backend) = app.workers.present();
     Json(SystemAnswer {

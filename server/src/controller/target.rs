@@ -33,9 +33,9 @@ const COLLECTION: &str = "/v1/targets";
 /// `{"kind": "image"}` with the scene, and optionally the part `mask`, or the parts named by the
 /// views of the spec. Meshes and profiles of this server that the scene refers to are stored with
 /// the target.
-#[utoipa::path(post, path = "/v1/targets", tag = "jobs",
+#[utoipa::path(post, path = "/v1/targets", operation_id = "create_target", tag = "jobs",
     request_body(content = TargetUpload, content_type = "multipart/form-data"),
-    responses((status = 201, body = Target)))]
+    responses((status = 201, description = "target as it was read", body = Target)))]
 pub async fn create(
     State(app): State<App>,
     key: IdempotencyKey,
@@ -94,8 +94,8 @@ async fn measured(kind: TargetKind, file: Bytes) -> Result<ParsedTarget, ApiErro
 }
 
 /// Lists the targets, newest first.
-#[utoipa::path(get, path = "/v1/targets", tag = "jobs", params(PageQuery),
-    responses((status = 200, body = Page<Target>)))]
+#[utoipa::path(get, path = "/v1/targets", operation_id = "list_targets", tag = "jobs", params(PageQuery),
+    responses((status = 200, description = "page of targets", body = Page<Target>)))]
 pub async fn list(
     State(app): State<App>,
     Query(query): Query<PageQuery>,
@@ -106,8 +106,8 @@ pub async fn list(
 }
 
 /// Returns a target.
-#[utoipa::path(get, path = "/v1/targets/{id}", tag = "jobs",
-    params(("id" = TargetId, Path)), responses((status = 200, body = Target)))]
+#[utoipa::path(get, path = "/v1/targets/{id}", operation_id = "get_target", tag = "jobs",
+    params(("id" = TargetId, Path)), responses((status = 200, description = "target", body = Target)))]
 pub async fn get(
     State(app): State<App>,
     Path(id): Path<TargetId>,
@@ -116,8 +116,8 @@ pub async fn get(
 }
 
 /// Deletes a target; fails while an unfinished search uses it.
-#[utoipa::path(delete, path = "/v1/targets/{id}", tag = "jobs",
-    params(("id" = TargetId, Path)), responses((status = 204)))]
+#[utoipa::path(delete, path = "/v1/targets/{id}", operation_id = "delete_target", tag = "jobs",
+    params(("id" = TargetId, Path)), responses((status = 204, description = "target deleted")))]
 pub async fn delete(
     State(app): State<App>,
     Path(id): Path<TargetId>,

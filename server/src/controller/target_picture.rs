@@ -24,9 +24,10 @@ pub const IN_ITS_SCENE: &str =
     "an image target is only known in its own scene and light: omit scene and light_deg";
 
 /// Returns a target's picture, developed with the scene's film. `n` counts from 0.
-#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/picture.png", tag = "jobs",
+#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/picture.png", operation_id = "get_target_picture", tag = "jobs",
     params(("id" = TargetId, Path), ("n" = u32, Path)),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "developed picture as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn picture(
     state: State<App>,
     path: Path<(TargetId, u32)>,
@@ -38,9 +39,10 @@ pub async fn picture(
 /// Returns the scene of a target's picture, with a grey diffuse material of albedo 0.5.
 ///
 /// Same size and framing as the picture.
-#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/scene.png", tag = "jobs",
+#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/scene.png", operation_id = "get_target_scene", tag = "jobs",
     params(("id" = TargetId, Path), ("n" = u32, Path)),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "picture of the scene as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn scene(
     state: State<App>,
     path: Path<(TargetId, u32)>,
@@ -54,9 +56,10 @@ pub async fn scene(
 /// Colours: used #4caf50, masked #000000, background #30363d, edge #ffb300, clipped #e53935,
 /// grazing #8e24aa, half_lit
 /// #1e88e5, several_lights #00acc1, unlit #6d4c41.
-#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/pixels.png", tag = "jobs",
+#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/pixels.png", operation_id = "get_target_pixels", tag = "jobs",
     params(("id" = TargetId, Path), ("n" = u32, Path)),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "map of pixel statuses as PNG", content_type = "image/png"),
+        (status = 304)))]
 pub async fn pixels(
     state: State<App>,
     path: Path<(TargetId, u32)>,
@@ -66,9 +69,9 @@ pub async fn pixels(
 }
 
 /// Returns the mask of a target's picture, white where pixels are used; 404 if it has no mask.
-#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/mask.png", tag = "jobs",
+#[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/mask.png", operation_id = "get_target_mask", tag = "jobs",
     params(("id" = TargetId, Path), ("n" = u32, Path)),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "mask as PNG", content_type = "image/png"), (status = 304)))]
 pub async fn mask(
     state: State<App>,
     path: Path<(TargetId, u32)>,
@@ -165,9 +168,9 @@ pub struct TargetRenderQuery {
 }
 
 /// Returns a measured material drawn in a scene, or a picture of an image target.
-#[utoipa::path(get, path = "/v1/targets/{id}/render.png", tag = "jobs",
+#[utoipa::path(get, path = "/v1/targets/{id}/render.png", operation_id = "render_target", tag = "jobs",
     params(("id" = TargetId, Path), TargetRenderQuery),
-    responses((status = 200, content_type = "image/png"), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "picture as PNG", content_type = "image/png"), (status = 304)))]
 pub async fn render(
     State(app): State<App>,
     Path(id): Path<TargetId>,

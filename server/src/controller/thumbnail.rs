@@ -14,9 +14,11 @@ use crate::state::App;
 /// Returns a picture by its key; waits while it is being rendered.
 ///
 /// `.webp` is lossy, with a sixth of the bytes, for clients far from the server.
-#[utoipa::path(get, path = "/v1/thumbnails/{file}", tag = "pictures",
+#[utoipa::path(get, path = "/v1/thumbnails/{file}", operation_id = "get_thumbnail", tag = "pictures",
     params(("file" = String, Path, description = "picture key followed by `.png` or `.webp`")),
-    responses((status = 200, content((Vec<u8> = "image/png"), (Vec<u8> = "image/webp"))), (status = 304, description = "unchanged")))]
+    responses((status = 200, description = "picture as PNG or WebP",
+        content((Vec<u8> = "image/png"), (Vec<u8> = "image/webp"))),
+        (status = 304)))]
 pub async fn get(
     State(app): State<App>,
     Path(name): Path<String>,

@@ -23,23 +23,51 @@ import { viewStore } from "../store.js";
  */
 
 /** Formats that a BRDF, or a painted material, may have. @param {boolean} painted */
-const formatsFor = (painted) => lineageStore.exportFormats.value.filter((format) => painted || !format.painted);
+const formatsFor = (painted) =>
+  lineageStore.exportFormats.value.filter((format) => (painted ? !format.brdf : !format.painted));
+
+/**
+ * Name of the file of an export. Python imports names without dashes.
+ * @param {string} name
+ * @param {string} hash
+ * @param {ExportFormat} format
+ */
+const exportName = (name, hash, format) =>
+  format.extension === "py" ? `brood_${hash.slice(0, 8)}.py` : fileName(name, hash, format.extension);
 
 /** Number of lights for which a painted material is exported: those of the screen. */
 const lightCount = () => Math.min(8, Math.max(1, sceneStore.scene.value?.lights?.length ?? 1));
+
+/**
+ * Link to an export, with what the format is for, and the commands that open it.
+ * @param {{format: ExportFormat, name: string, place: Place, path: string}} props
+ */
+function OfFormat({ format, name, place, path }) {
+  const commands = format.commands.map((command) =>
+    command.replace("FILE", name).replace("URL", `${location.origin}${path}`));
+  return html`
+    <li>
+      <${Download} id=${`export-${format.name}`} text=${format.label} name=${name} place=${place} path=${() => path} />
+      <span class="small about" title=${`Error: ${format.error}.`}>${format.exactness}, for ${format.opened_by}</span>
+      ${commands.length > 0 && html`<pre class="commands" data-testid=${`commands-${format.name}`}>${commands.join("\n")}</pre>`}
+    </li>
+  `;
+}
 
 /** @param {Exported} props */
 function SourceCode({ of, name, place }) {
   const genome = lineageStore.genomes.value.get(of.hash);
   if (isByBrdf(genome)) return html`<li class="small" data-testid="export-by-brdf">No code: the light of a toon shape is a picture of its BRDF.</li>`;
   const painted = isPainted(genome);
-  const query = () => (painted ? `lights=${lightCount()}` : `energy_limit=${viewStore.limitedExports.value}`);
+  /** @param {ExportFormat} format */
+  const query = (format) =>
+    painted ? `lights=${lightCount()}` : `energy_limit=${viewStore.limitedExports.value || format.path_traced}`;
   return html`
     ${formatsFor(painted).map((format) => html`
-      <li key=${format.name}><${Download} id=${`export-${format.name}`} text=${format.label} name=${fileName(name, of.hash, format.extension)} place=${place}
-        path=${() => `/v1/individuals/${of.id}/exports/${format.name}?${query()}`} /></li>
+      <${OfFormat} key=${format.name} format=${format} name=${exportName(name, of.hash, format)} place=${place}
+        path=${`/v1/individuals/${of.id}/exports/${format.name}?${query(format)}`} />
     `)}
-    ${!painted && html`<li><${Switch} id="export-limited" name="Energy-conserving code" on=${viewStore.limitedExports.value} title="Divides exported functions by their largest albedo where that is above 1 (energy limit). Off: as bright as on the screen." onInput=${(/** @type {boolean} */ on) => (viewStore.limitedExports.value = on)} /></li>`}
+    ${!painted && html`<li><${Switch} id="export-limited" name="Energy-conserving code" on=${viewStore.limitedExports.value} title="Divides exported functions by their largest albedo where that is above 1 (energy limit). Off: as bright as on the screen. Files for path tracers always are." onInput=${(/** @type {boolean} */ on) => (viewStore.limitedExports.value = on)} /></li>`}
   `;
 }
 

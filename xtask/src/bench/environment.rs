@@ -1,9 +1,7 @@
-//! Environment of a comparison with peers: brood itself, a Python environment with the peers, and a
-//! libLLVM for Mitsuba.
+//! Environment of a comparison with peers: brood itself, and a Python environment with the peers.
 //!
-//! Owns versions and paths. Everything is installed below the target folder, except the Debian
-//! package of libLLVM. The exact versions of all Python packages are in xtask/peer/*.txt, one file
-//! per peer, so that one can fail alone.
+//! Owns versions and paths. The exact versions of all Python packages are in xtask/peer/*.txt, one
+//! file per peer, so that one can fail alone.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,14 +10,8 @@ use anyhow::{Context, Result, bail};
 use serde_json::{Value, json};
 
 use super::Options;
-use crate::{prerequisite, shell, suite};
-
-/// Debian packages of the libLLVM versions that Mitsuba's compiler supports.
-const LLVM_PACKAGES: [&str; 3] = ["libllvm19", "libllvm20", "libllvm21"];
-/// Oldest supported version.
-const LLVM_OLDEST: u32 = 19;
-/// Environment variable with the path of libLLVM for Mitsuba.
-const LLVM_VARIABLE: &str = "DRJIT_LIBLLVM_PATH";
+use crate::python::Python;
+use crate::{shell, suite};
 
 /// Program that brood is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -61,11 +53,7 @@ impl Peer {
 pub struct Environment {
     brood: PathBuf,
     profile: &'static str,
-    python: PathBuf,
-    /// Home directory of the peers, below the target folder, so that kernels compiled elsewhere are
-    /// not reused.
-    home: PathBuf,
-    llvm: Option<PathBuf>,
+    python: Python,
     installed: Vec<(Peer, String)>,
     /// Reasons why peers are missing.
     pub missing: Vec<String>,
@@ -76,26 +64,22 @@ impl Environment {
     pub(super) fn prepare(options: &Options, peers: &[Peer]) -> Result<Self> {
         let target = suite::target_directory()?;
         let (brood, profile) = brood(options, &target)?;
-        let place = target.join("peers");
         let mut environment = Self {
             brood,
             profile,
-            python: place.join("venv/bin/python"),
-            home: place.join("home"),
-            llvm: None,
+            python: Python::at(&target.join("peers")),
             installed: Vec::new(),
             missing: Vec::new(),
         };
-        std::fs::create_dir_all(&environment.home).context("create the folder of the peers")?;
         if !peers.is_empty() {
-            environment.install(&place.join("venv"), peers);
+            environment.install(peers);
         }
         Ok(environment)
     }
 
-    fn install(&mut self, venv: &Path, peers: &[Peer]) {
-        if let Err(error) = make_venv(venv, &self.python) {
-            let why = format!("no Python environment ({error:#}); on Debian: python3-venv");
+    fn install(&mut self, peers: &[Peer]) {
+        if let Err(error) = self.python.prepare() {
+            let why = format!("{error:#}");
             self.missing.extend(peers.iter().map(|peer| format!("{}: {why}", peer.package())));
             return;
         }
@@ -109,20 +93,17 @@ impl Environment {
 
     fn install_peer(&mut self, peer: Peer) -> Result<()> {
         let list = script(&format!("{}.txt", peer.package()));
-        // Wheels only: building such a package from source takes an hour, and users do not do it.
-        let mut pip = shell::command(&self.python);
-        pip.args(["-m", "pip", "install", "--quiet", "--no-input", "--disable-pip-version-check"]);
-        pip.args(["--only-binary", ":all:", "--requirement"]).arg(list);
-        shell::run(&mut pip).context("install it from PyPI")?;
+        self.python.install(&list)?;
         if peer == Peer::Mitsuba {
-            self.llvm = Some(find_or_install_llvm()?);
+            self.python.find_llvm()?;
         }
         let import = format!(
             "import {}; from importlib.metadata import version; print(version('{}'))",
             peer.module(),
             peer.package()
         );
-        let version = shell::output(self.python().args(["-c", &import])).context("import it")?;
+        let version =
+            shell::output(self.python.command().args(["-c", &import])).context("import it")?;
         self.installed.push((peer, version.trim().to_owned()));
         Ok(())
     }
@@ -134,28 +115,14 @@ impl Environment {
 
     /// Command that runs a script of xtask/peer with the environment's Python.
     pub fn script(&self, name: &str) -> Command {
-        let mut command = self.python();
+        let mut command = self.python.command();
         command.arg(script(name));
-        command
-    }
-
-    fn python(&self) -> Command {
-        let mut command = shell::command(&self.python);
-        command.env("HOME", &self.home).env("PYTHONDONTWRITEBYTECODE", "1");
-        if let Some(llvm) = &self.llvm {
-            command.env(LLVM_VARIABLE, llvm);
-        }
         command
     }
 
     /// Removes the peer's cache of compiled kernels.
     pub fn clear_kernel_cache(&self) -> Result<()> {
-        match std::fs::remove_dir_all(self.home.join(".drjit")) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(error).context("remove the peer's kernel cache")
-            }
-            _ => Ok(()),
-        }
+        self.python.clear_kernel_cache()
     }
 
     /// Command that runs the measured brood.
@@ -176,7 +143,6 @@ impl Environment {
             .iter()
             .map(|(peer, version)| (peer.package().to_owned(), json!(version)))
             .collect();
-        let library = self.llvm.as_ref().and_then(|path| path.file_name());
         json!({
             "processor": processor(),
             "cores": cores,
@@ -184,7 +150,7 @@ impl Environment {
             "brood_version": one_line(self.brood().arg("--version")),
             "rustc": one_line(shell::command("rustc").arg("--version")),
             "peers": versions,
-            "libllvm": library.map(|name| name.to_string_lossy()),
+            "libllvm": self.python.llvm_name(),
         })
     }
 }
@@ -208,63 +174,6 @@ fn brood(options: &Options, target: &Path) -> Result<(PathBuf, &'static str)> {
 
 fn script(name: &str) -> PathBuf {
     shell::root().join("xtask/peer").join(name)
-}
-
-fn make_venv(venv: &Path, python: &Path) -> Result<()> {
-    if python.is_file() {
-        return Ok(());
-    }
-    shell::run(shell::command("python3").args(["-m", "venv"]).arg(venv))
-}
-
-fn find_or_install_llvm() -> Result<PathBuf> {
-    if let Some(path) = std::env::var_os(LLVM_VARIABLE) {
-        return Ok(path.into());
-    }
-    if let Some(found) = find_llvm() {
-        return Ok(found);
-    }
-    println!("missing: libLLVM, {LLVM_OLDEST} or newer (Debian: {})", LLVM_PACKAGES[0]);
-    for package in LLVM_PACKAGES {
-        match prerequisite::install_debian(&[package]) {
-            Ok(()) => break,
-            Err(error) => eprintln!("could not install {package}: {error:#}"),
-        }
-    }
-    find_llvm().with_context(|| {
-        format!("no libLLVM {LLVM_OLDEST} or newer: install one, or name it in ${LLVM_VARIABLE}")
-    })
-}
-
-/// Newest supported libLLVM in the folders of Debian's packages.
-fn find_llvm() -> Option<PathBuf> {
-    let of_architecture = format!("/usr/lib/{}-linux-gnu", std::env::consts::ARCH);
-    let own = std::fs::read_dir("/usr/lib").into_iter().flatten().filter_map(|entry| {
-        let path = entry.ok()?.path();
-        path.file_name()?.to_str()?.starts_with("llvm-").then(|| path.join("lib"))
-    });
-    std::iter::once(PathBuf::from(of_architecture))
-        .chain(own)
-        .filter_map(|folder| std::fs::read_dir(folder).ok())
-        .flatten()
-        .filter_map(|entry| {
-            let path = entry.ok()?.path();
-            let version = llvm_version(path.file_name()?.to_str()?)?;
-            (version >= LLVM_OLDEST && path.exists()).then_some((version, path))
-        })
-        .max()
-        .map(|(_, path)| path)
-}
-
-/// Major version in names such as `libLLVM-19.so`, `libLLVM-19.so.1` and `libLLVM.so.19.1`.
-fn llvm_version(name: &str) -> Option<u32> {
-    let rest = name.strip_prefix("libLLVM")?;
-    if !rest.contains(".so") {
-        return None;
-    }
-    let digits = rest.trim_start_matches(['-', '.', 's', 'o']);
-    let end = digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len());
-    digits[..end].parse().ok()
 }
 
 fn processor() -> String {
@@ -304,20 +213,4 @@ pub fn json_of(command: &mut Command) -> Result<Value> {
         bail!("the command printed null");
     }
     Ok(value)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::llvm_version;
-
-    #[test]
-    fn libllvm_is_recognised_in_all_forms_of_its_name() {
-        for name in ["libLLVM-19.so", "libLLVM-19.so.1", "libLLVM.so.19.1", "libLLVM-19.1.so"] {
-            assert_eq!(llvm_version(name), Some(19), "{name}");
-        }
-        assert_eq!(llvm_version("libLLVM-14.0.6.so.1"), Some(14));
-        for name in ["libLLVM.so", "libLLVM-19.a", "libLTO.so.19", "libLLVMSupport.a"] {
-            assert_eq!(llvm_version(name), None, "{name}");
-        }
-    }
 }

@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::shell;
 
 /// Package, and the packages of this workspace that it may use directly, all without `brood-`.
-const ARROWS: [(&str, &str); 19] = [
+const ARROWS: [(&str, &str); 20] = [
     ("brdf", ""),
     // The catalogue of inputs that programs read is direction maths, so the machine's words for it
     // are brdf's.
@@ -23,7 +23,7 @@ const ARROWS: [(&str, &str); 19] = [
     ("eval", "program genome scene light mesh brdf"),
     // Its tests run what export prints.
     ("gpu", "eval export program genome scene brdf"),
-    ("export", "program genome brdf"),
+    ("export", "eval program genome brdf scene"),
     ("inspect", "eval program genome scene light mesh brdf"),
     ("target", "eval program genome scene light mesh brdf"),
     ("search", "target eval program genome scene light mesh brdf"),
@@ -35,6 +35,7 @@ const ARROWS: [(&str, &str); 19] = [
         "bench",
         "protocol genome program brdf mesh light scene eval export inspect search target worker",
     ),
+    ("python", "brdf genome program mesh scene eval export search target protocol worker"),
     // Drives the binary from outside, over HTTP and the command line.
     ("tests", ""),
     ("xtask", ""),

@@ -66,6 +66,7 @@ impl Arguments<'_> {
         let array = match self.language {
             Language::Glsl => format!("StyledLight[{lights}]"),
             Language::Wgsl => format!("array<StyledLight,{lights}>"),
+            Language::Hlsl => unreachable!("HLSL has no expression for arrays"),
         };
         arguments.push(format!("{array}({})", elements.join(", ")));
         arguments.extend(has_glass.then(|| self.glass()));
@@ -114,6 +115,7 @@ impl Arguments<'_> {
         match self.language {
             Language::Glsl => format!("vec{size}"),
             Language::Wgsl => format!("vec{size}f"),
+            Language::Hlsl => format!("float{size}"),
         }
     }
 }

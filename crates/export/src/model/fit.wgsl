@@ -8,7 +8,7 @@ fn brood_abc(p: BroodPair, b: f32, c: f32, e: f32) -> f32 {
 
 // @sgd
 // A channel of the shifted gamma distribution, named as in the source, except: diffuse and weight
-// are divided by their powers of pi, ln_k is ln K, ln_c is ln c.
+// are divided by their powers of pi, ln_k is ln K, ln_c is ln c, shade is lambda.
 struct BroodSgd {
   diffuse: f32,
   weight: f32,
@@ -17,7 +17,7 @@ struct BroodSgd {
   f0: f32,
   f1: f32,
   ln_k: f32,
-  lambda: f32,
+  shade: f32,
   ln_c: f32,
   k: f32,
   theta0: f32,
@@ -27,8 +27,8 @@ fn brood_sgd_shadow(w: vec3f, s: BroodSgd) -> f32 {
   let past: f32 = brood_angle(sqrt(dot(w.xy, w.xy)), w.z) - s.theta0;
   // c past^k, which is c if k is 0.
   var x: f32 = brood_exp(min(s.ln_c + s.k * brood_ln(max(past, 1e-37)), 4.0));
-  x = select(0.0, x, past > 0.0 || s.k == 0.0);
-  return clamp(1.0 - s.lambda * brood_expm1(x), 0.0, 1.0);
+  x = select(0.0, x, (past > 0.0) || (s.k == 0.0));
+  return clamp(1.0 - s.shade * brood_expm1(x), 0.0, 1.0);
 }
 
 fn brood_sgd(p: BroodPair, s: BroodSgd) -> f32 {

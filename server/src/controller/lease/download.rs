@@ -10,9 +10,10 @@ use crate::problem::ApiError;
 use crate::state::App;
 
 /// Returns an uploaded mesh by its content hash.
-#[utoipa::path(get, path = "/v1/leases/meshes/{hash}", tag = "workers",
+#[utoipa::path(get, path = "/v1/leases/meshes/{hash}", operation_id = "download_mesh", tag = "workers",
     params(("hash" = String, Path)),
-    responses((status = 200, content_type = "application/vnd.brood.lease")))]
+    responses((status = 200, description = "mesh as it is stored",
+        content_type = "application/vnd.brood.lease")))]
 pub async fn mesh(State(app): State<App>, Path(hash): Path<String>) -> Result<Response, ApiError> {
     let hash = parse(&hash, "a mesh hash must be 64 hexadecimal digits")?;
     // Sent as it is stored: the worker accepts the version in its prefix.
@@ -20,9 +21,10 @@ pub async fn mesh(State(app): State<App>, Path(hash): Path<String>) -> Result<Re
 }
 
 /// Returns a light's file by its hash.
-#[utoipa::path(get, path = "/v1/leases/light-assets/{hash}", tag = "workers",
+#[utoipa::path(get, path = "/v1/leases/light-assets/{hash}", operation_id = "download_light_asset", tag = "workers",
     params(("hash" = String, Path)),
-    responses((status = 200, content_type = "application/vnd.brood.lease")))]
+    responses((status = 200, description = "kind and bytes of the file",
+        content_type = "application/vnd.brood.lease")))]
 pub async fn light_asset(
     State(app): State<App>,
     Path(hash): Path<String>,
@@ -33,9 +35,10 @@ pub async fn light_asset(
 }
 
 /// Returns a target's file by its hash.
-#[utoipa::path(get, path = "/v1/leases/targets/{hash}", tag = "workers",
+#[utoipa::path(get, path = "/v1/leases/targets/{hash}", operation_id = "download_target", tag = "workers",
     params(("hash" = String, Path)),
-    responses((status = 200, content_type = "application/vnd.brood.lease")))]
+    responses((status = 200, description = "bytes of the file",
+        content_type = "application/vnd.brood.lease")))]
 pub async fn target(
     State(app): State<App>,
     Path(hash): Path<String>,

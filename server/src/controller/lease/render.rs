@@ -13,9 +13,11 @@ use crate::problem::ApiError;
 use crate::state::App;
 
 /// Waits for a render job: 200 with a grant, 204 if there was none in time.
-#[utoipa::path(post, path = "/v1/leases", tag = "workers",
+#[utoipa::path(post, path = "/v1/leases", operation_id = "claim_render_job", tag = "workers",
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 200, content_type = "application/vnd.brood.lease"), (status = 204)))]
+    responses((status = 200, description = "grant of a render job",
+        content_type = "application/vnd.brood.lease"),
+        (status = 204, description = "no render job in time")))]
 pub async fn claim(
     State(app): State<App>,
     Message(request): Message<LeaseRequest, { limit::JSON_BYTES }>,
@@ -27,10 +29,10 @@ pub async fn claim(
 }
 
 /// Renews a lease.
-#[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", tag = "workers",
+#[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", operation_id = "renew_render_lease", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 204)))]
+    responses((status = 204, description = "lease renewed")))]
 pub async fn heartbeat(
     State(app): State<App>,
     Held(ticket): Held<LeaseTicket>,
@@ -41,10 +43,10 @@ pub async fn heartbeat(
 }
 
 /// Accepts the results of a lease.
-#[utoipa::path(post, path = "/v1/leases/{id}/results", tag = "workers",
+#[utoipa::path(post, path = "/v1/leases/{id}/results", operation_id = "store_render_results", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 204)))]
+    responses((status = 204, description = "results stored")))]
 pub async fn results(
     State(app): State<App>,
     Path(id): Path<LeaseId>,
@@ -56,10 +58,10 @@ pub async fn results(
 }
 
 /// Returns a lease without results.
-#[utoipa::path(delete, path = "/v1/leases/{id}", tag = "workers",
+#[utoipa::path(delete, path = "/v1/leases/{id}", operation_id = "release_render_job", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 204)))]
+    responses((status = 204, description = "render job queued again")))]
 pub async fn release(
     State(app): State<App>,
     Held(ticket): Held<LeaseTicket>,

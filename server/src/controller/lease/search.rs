@@ -13,9 +13,10 @@ use crate::problem::ApiError;
 use crate::state::App;
 
 /// Waits for a search: 200 with a grant, 204 if there was none in time.
-#[utoipa::path(post, path = "/v1/leases/searches", tag = "workers",
+#[utoipa::path(post, path = "/v1/leases/searches", operation_id = "claim_search", tag = "workers",
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 200, content_type = "application/vnd.brood.lease"), (status = 204)))]
+    responses((status = 200, description = "grant of a search", content_type = "application/vnd.brood.lease"),
+        (status = 204, description = "no search in time")))]
 pub async fn claim(
     State(app): State<App>,
     Message(request): Message<SearchRequest, { limit::JSON_BYTES }>,
@@ -25,10 +26,10 @@ pub async fn claim(
 }
 
 /// Renews the lease of a search.
-#[utoipa::path(post, path = "/v1/leases/searches/{id}/heartbeat", tag = "workers",
+#[utoipa::path(post, path = "/v1/leases/searches/{id}/heartbeat", operation_id = "renew_search_lease", tag = "workers",
     params(("id" = JobId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 204)))]
+    responses((status = 204, description = "lease renewed")))]
 pub async fn heartbeat(
     State(app): State<App>,
     Held(ticket): Held<SearchTicket>,
@@ -38,10 +39,11 @@ pub async fn heartbeat(
 }
 
 /// Stores a report of a search and returns a directive.
-#[utoipa::path(post, path = "/v1/leases/searches/{id}/report", tag = "workers",
+#[utoipa::path(post, path = "/v1/leases/searches/{id}/report", operation_id = "report_search", tag = "workers",
     params(("id" = JobId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 200, content_type = "application/vnd.brood.lease")))]
+    responses((status = 200, description = "directive to the worker",
+        content_type = "application/vnd.brood.lease")))]
 pub async fn report(
     State(app): State<App>,
     Path(id): Path<JobId>,
@@ -52,10 +54,10 @@ pub async fn report(
 }
 
 /// Returns a search to its queue.
-#[utoipa::path(delete, path = "/v1/leases/searches/{id}", tag = "workers",
+#[utoipa::path(delete, path = "/v1/leases/searches/{id}", operation_id = "release_search", tag = "workers",
     params(("id" = JobId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
-    responses((status = 204)))]
+    responses((status = 204, description = "search queued again")))]
 pub async fn release(
     State(app): State<App>,
     Held(ticket): Held<SearchTicket>,

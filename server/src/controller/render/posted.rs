@@ -37,9 +37,10 @@ pub struct PostedQuery {
 }
 
 /// Returns a picture of a genome as PNG, without storing the genome.
-#[utoipa::path(post, path = "/v1/render.png", tag = "pictures", params(PostedQuery),
+#[utoipa::path(post, path = "/v1/render.png", operation_id = "render_genome_png", tag = "pictures",
+    params(PostedQuery),
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
-    responses((status = 200, content_type = "image/png")))]
+    responses((status = 200, description = "picture as PNG", content_type = "image/png")))]
 pub async fn png(
     State(app): State<App>,
     Query(query): Query<PostedQuery>,

@@ -1,0 +1,168 @@
+"""Tests exported RGL tables in Mitsuba: python mitsuba_table.py DIR [NAME...]
+
+DIR holds cases.json and files of `brood bench consumer --format rgl-bsdf`. Each material is loaded
+as a user would, by the BSDF `measured`, then
+
+- f times the cosine is compared with the values of the reference,
+- the variance of one sample in an even sky is measured, with samples by the table and by the cosine.
+
+Prints one line of JSON for each material, then one with the summary. Exits with 1 if a bound is
+exceeded.
+"""
+
+import base64
+import json
+import statistics
+import struct
+import sys
+import time
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+
+# Bounds of the median over presets and models of the median over pairs of |df| / f. Random programs
+# may have details that no table shows; their errors are stated in the files.
+ISOTROPIC_MEDIAN = 0.008
+ANISOTROPIC_MEDIAN = 0.007
+RANDOM = ("random-", "layered-", "textured-", "bumped-")
+# Bound of the difference of errors, mean |df cos| / mean f cos, as Mitsuba and as brood reads a file:
+# the larger of this and of this share.
+OWN_DIFFERENCE = 1e-4
+OWN_RATIO = 1e-2
+# Directions of the eye for the variance: inclination and azimuth in degrees.
+VIEWS = [(12, 20), (45, 130), (75, 250)]
+# Samples for the variance.
+COUNT = 1 << 18
+
+
+def doubles(text):
+    data = base64.b64decode(text)
+    return struct.unpack(f"<{len(data) // 8}d", data)
+
+
+def interaction(to_eye):
+    si = dr.zeros(mi.SurfaceInteraction3f, dr.width(to_eye))
+    si.wi = to_eye
+    si.n = mi.Normal3f(0, 0, 1)
+    si.sh_frame = mi.Frame3f(si.n)
+    si.sh_frame.s, si.sh_frame.t = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
+    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
+    return si
+
+
+class Pairs:
+    """Pairs of directions of the reference."""
+
+    def __init__(self, text):
+        values = doubles(text)
+        column = [mi.Float(list(values[k::8])) for k in range(6)]
+        self.to_light = mi.Vector3f(*column[0:3])
+        self.to_eye = mi.Vector3f(*column[3:6])
+        self.cosine = list(values[2::8])
+
+
+def value_errors(bsdf, pairs, wanted):
+    """Mean |df cos| / mean f cos, and median over pairs of |df| / f."""
+    found = bsdf.eval(mi.BSDFContext(), interaction(pairs.to_eye), pairs.to_light)
+    differences, values = [0.0] * len(pairs.cosine), [0.0] * len(pairs.cosine)
+    for channel in range(3):
+        columns = zip(found[channel], wanted[channel::3], pairs.cosine)
+        for place, (value, f, cosine) in enumerate(columns):
+            differences[place] += abs(value - f * cosine)
+            values[place] += f * cosine
+    ratios = [a / b for a, b in zip(differences, values) if b > 0]
+    return sum(differences) / max(sum(values), 1e-30), median(ratios)
+
+
+def variances(bsdf):
+    """Relative variances of one sample in an even sky, mean over views: table and cosine."""
+    sampler = mi.load_dict({"type": "independent"})
+    context = mi.BSDFContext()
+    found = []
+    for inclination, azimuth in VIEWS:
+        theta, phi = inclination * dr.pi / 180, azimuth * dr.pi / 180
+        eye = mi.Vector3f(dr.sin(theta) * dr.cos(phi), dr.sin(theta) * dr.sin(phi), dr.cos(theta))
+        sampler.seed(7, COUNT)
+        si = interaction(dr.repeat(eye, COUNT))
+        _, weight = bsdf.sample(context, si, sampler.next_1d(), sampler.next_2d())
+        to_light = mi.warp.square_to_cosine_hemisphere(sampler.next_2d())
+        f = bsdf.eval(context, si, to_light)
+        found.append((relative_variance(weight), relative_variance(f * dr.pi / to_light.z)))
+    return [statistics.fmean(column) for column in zip(*found)]
+
+
+def relative_variance(weight):
+    mean = (weight[0] + weight[1] + weight[2]) / 3
+    mean = dr.select(dr.isfinite(mean), mean, 0)
+    first, second = dr.mean(mean)[0], dr.mean(mean * mean)[0]
+    return second / (first * first) - 1 if first > 0 else 0
+
+
+def test(case, folder, pairs):
+    started = time.time()
+    bsdf = mi.load_dict({"type": "measured", "filename": str(folder / case["file"])})
+    error, of_pairs = value_errors(bsdf, pairs, doubles(case["f"]))
+    own_error = case["own_error"]
+    table, cosine = variances(bsdf)
+    return {
+        "name": case["name"],
+        "anisotropic": case["anisotropic"],
+        "value_error": error,
+        "median_of_pairs": of_pairs,
+        "own_error": own_error,
+        "variance": table,
+        "cosine_variance": cosine,
+        "seconds": round(time.time() - started, 2),
+        "passed": abs(error - own_error) <= max(OWN_DIFFERENCE, OWN_RATIO * own_error),
+    }
+
+
+def median(values):
+    return statistics.median(values) if values else 0
+
+
+def main():
+    folder = Path(sys.argv[1])
+    only = sys.argv[2:]
+    mi.set_variant("llvm_ad_rgb")
+    mi.set_log_level(mi.LogLevel.Error)
+    listed = json.loads((folder / "cases.json").read_text())
+    pairs = Pairs(listed["pairs"])
+    cases = [case for case in listed["cases"] if "file" in case]
+    if only:
+        cases = [case for case in cases if case["name"] in only]
+    found = []
+    for case in cases:
+        result = test(case, folder, pairs)
+        print(json.dumps(result), flush=True)
+        found.append(result)
+    errors = [result["value_error"] for result in found]
+    known = [r for r in found if not r["name"].startswith(RANDOM)]
+    isotropic = median([r["median_of_pairs"] for r in known if not r["anisotropic"]])
+    anisotropic = median([r["median_of_pairs"] for r in known if r["anisotropic"]])
+    # Variances below 1e-3 are noise of the estimate.
+    ratios = [(r["cosine_variance"] + 1e-3) / (r["variance"] + 1e-3) for r in found]
+    failed = [result["name"] for result in found if not result["passed"]]
+    if isotropic > ISOTROPIC_MEDIAN:
+        failed.append("median of isotropic materials")
+    if anisotropic > ANISOTROPIC_MEDIAN:
+        failed.append("median of anisotropic materials")
+    summary = {
+        "consumer": f"mitsuba {mi.__version__}, measured",
+        "materials": len(found),
+        "refused": sum("refused" in case for case in listed["cases"]),
+        "worst_error": max(errors),
+        "median_error": median(errors),
+        "median_of_pairs": median([r["median_of_pairs"] for r in found]),
+        "median_of_isotropic": isotropic,
+        "median_of_anisotropic": anisotropic,
+        "variance_ratio": {"median": median(ratios), "worst": min(ratios)},
+        "failed": failed,
+    }
+    print(json.dumps(summary))
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,100 @@
+//! `cargo xtask accept --exports`: reads exported materials with the programs that the formats are
+//! for, and compares their values with those of the reference.
+//!
+//! Prints a line for each format: consumer and version, materials, worst and median error. The
+//! scripts and the exact versions of their packages are in xtask/consumer.
+
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::time::Instant;
+
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+
+use crate::python::Python;
+use crate::shell;
+
+/// A format and the script that reads its files.
+struct Consumer {
+    format: &'static str,
+    /// Script and list of packages in xtask/consumer, without their endings.
+    script: &'static str,
+    packages: &'static str,
+}
+
+const CONSUMERS: [Consumer; 3] = [
+    Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba" },
+    Consumer { format: "rgl-bsdf", script: "mitsuba_table", packages: "mitsuba" },
+    Consumer { format: "hlsl", script: "slang", packages: "slangpy" },
+];
+
+/// Exports materials in each format and runs its consumer. Writes the results of each material to
+/// `target/exports/FORMAT.jsonl`.
+pub(super) fn run(binaries: &Path, target: &Path) -> Result<()> {
+    let folder = target.join("exports");
+    let mut failed = Vec::new();
+    let mut lines = Vec::new();
+    for consumer in &CONSUMERS {
+        let started = Instant::now();
+        let outcome = consumer.run(binaries, &folder);
+        let seconds = started.elapsed().as_secs_f64();
+        match outcome {
+            Ok(summary) => lines.push(line(consumer.format, &summary, seconds)),
+            Err(error) => {
+                lines.push(format!("{}: failed: {error:#}", consumer.format));
+                failed.push(consumer.format);
+            }
+        }
+    }
+    lines.iter().for_each(|line| println!("{line}"));
+    ensure!(failed.is_empty(), "formats that fail: {}", failed.join(", "));
+    Ok(())
+}
+
+impl Consumer {
+    fn run(&self, binaries: &Path, folder: &Path) -> Result<Value> {
+        let files = folder.join(self.format);
+        if files.exists() {
+            std::fs::remove_dir_all(&files).context("remove the files of the last run")?;
+        }
+        let mut write = shell::command(binaries.join("brood"));
+        write.args(["bench", "consumer", "--format", self.format, "--output"]).arg(&files);
+        shell::run(&mut write)?;
+        let mut python = Python::at(&folder.join(self.packages));
+        python.prepare()?;
+        python.install(&script(&format!("{}.txt", self.packages)))?;
+        if self.packages == "mitsuba" {
+            python.find_llvm()?;
+        }
+        let mut read = python.command();
+        read.arg(script(&format!("{}.py", self.script))).arg(&files);
+        let lines = Mutex::new(Vec::new());
+        let outcome = shell::run_watched(&mut read, |line| {
+            lines.lock().expect("no reader of the output panics").push(line.to_owned());
+        });
+        let lines = lines.into_inner().expect("no reader of the output panics");
+        let results: Vec<String> = lines.into_iter().filter(|line| line.starts_with('{')).collect();
+        let last = results.last().context("the script printed no result")?.clone();
+        let record = folder.join(format!("{}.jsonl", self.format));
+        std::fs::write(&record, results.join("\n") + "\n").context("write the record")?;
+        outcome?;
+        serde_json::from_str(&last).context("parse the summary of the script")
+    }
+}
+
+fn script(name: &str) -> PathBuf {
+    shell::root().join("xtask/consumer").join(name)
+}
+
+/// Line of the results of a format.
+fn line(format: &str, summary: &Value, seconds: f64) -> String {
+    let number = |name: &str| summary[name].as_f64().unwrap_or(f64::NAN);
+    format!(
+        "{format}: {}, {} materials, {} refused, worst error {:.2e}, median {:.2e}, {seconds:.0} s",
+        summary["consumer"].as_str().unwrap_or("unknown consumer"),
+        summary["materials"],
+        summary["refused"],
+        number("worst_error"),
+        number("median_error"),
+    )
+}
