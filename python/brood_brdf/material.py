@@ -125,7 +125,10 @@ class Material:
 
     @property
     def is_limited(self) -> bool:
-        """True if the energy limit is on: no more light is reflected than arrives."""
+        """True if the energy limit is on: no more light is reflected than arrives.
+
+        Bumps are ignored: the limit is about the normal that they turn.
+        """
         return self._native.is_limited
 
     @property
@@ -229,12 +232,14 @@ class Material:
         if isinstance(random, int | np.integer):
             random = np.random.default_rng(int(random)).random((len(wo), 3))
         random = rows("random", random, 3)
-        count = matched(wo=wo, random=random)
+        places = None if uv is None else rows("uv", uv, 2)
+        given = {} if places is None else {"uv": places}
+        count = matched(wo=wo, random=random, **given)
         if len(random) < count:
-            raise ValueError(f"`random` must have a row for each of {count} directions")
+            raise ValueError(f"`random` must have a row for each of {count} samples")
         wi = _native.sample(self._native, wo, random, threads)
         pdf = self.pdf(wi, wo, threads=threads)
-        f = self.eval(wi, wo, uv, threads=threads)
+        f = self.eval(wi, wo, places, threads=threads)
         weight = np.zeros(f.shape, np.float32)
         lit = pdf > 0
         weight[lit] = f[lit] * (wi[lit, 2] / pdf[lit])[:, None]
@@ -255,6 +260,8 @@ class Material:
     ) -> npt.NDArray[np.float64]:
         """Returns the directional albedo: the share of light from `wi` that is reflected.
 
+        Bumps are ignored: `wi` is about the normal that they turn.
+
         Args:
             wi: Directions to the light, shape (N, 3) or (3,).
             uv: Texture positions, shape (N, 2) or (2,); by default 0.
@@ -274,7 +281,8 @@ class Material:
     def largest_albedo(self) -> float:
         """Returns an upper bound of the directional albedo.
 
-        It holds over all directions, channels and texture positions, as far as a search finds them.
+        It holds over all directions, channels and texture positions, as far as a search finds them,
+        about the normal that bumps turn.
         """
         return self._native.largest_albedo()[0]
 

@@ -94,8 +94,8 @@ fn block<T: Real>(
         shown = &pairs;
     }
     let f = T::reflectance(program, &SampleSet::from_pairs(shown, &uvs));
-    let shown = shown.iter();
-    for ((index, (out, f)), pair) in out.chunks_exact_mut(3).zip(f).enumerate().zip(shown) {
+    // Bumps may turn a surface towards a direction that is below it.
+    for ((index, (out, f)), pair) in out.chunks_exact_mut(3).zip(f).enumerate().zip(&pairs) {
         if pair.cos_i() > 0.0 && pair.cos_o() > 0.0 {
             out.copy_from_slice(&f);
             if let Some(factor) = factors.get(index) {

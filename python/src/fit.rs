@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 
 use crate::error::value_error;
 use crate::material::NativeMaterial;
-use crate::rows::{PairRows, Rows};
+use crate::rows::{PairRows, Rows, longest};
 use crate::threads::Threads;
 
 /// Material to match.
@@ -30,7 +30,8 @@ impl NativeTarget {
         let f = f.numbers()?;
         py.detach(|| {
             let row = |index| Ok((rows.pair(index)?, DVec3::from(f.row::<3>(index))));
-            let rows = (0..rows.count()).map(row).collect::<PyResult<Vec<_>>>()?;
+            let count = longest([rows.count(), f.rows::<3>()].into_iter());
+            let rows = (0..count).map(row).collect::<PyResult<Vec<_>>>()?;
             let samples = MeasuredSamples::new(rows).map_err(value_error)?;
             let target = MeasuredTarget::of_samples(&samples).map_err(value_error)?;
             Ok(Self { target, skipped: samples.skipped() })

@@ -21,6 +21,9 @@ use pyo3::prelude::pymodule;
 /// Native part of the package `brood_brdf`.
 #[pymodule(gil_used = true)]
 mod _native {
+    use numpy::PyArray1;
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use crate::ask::NativeEvolution;
     #[pymodule_export]
@@ -37,4 +40,11 @@ mod _native {
     use crate::picture::{picture, pixels, radiance, sheet};
     #[pymodule_export]
     use crate::sampling::{pdf, sample, sampling_quality};
+
+    /// Loads numpy's functions, which would fail at the end of an interrupted call.
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        drop(PyArray1::<f64>::zeros(module.py(), [0], false));
+        Ok(())
+    }
 }

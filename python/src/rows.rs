@@ -78,6 +78,11 @@ impl From<BadRow> for PyErr {
     }
 }
 
+/// Number of samples of arrays with these numbers of rows: the largest; 0 if one is empty.
+pub(crate) fn longest(rows: impl Iterator<Item = usize>) -> usize {
+    rows.reduce(|a, b| if a.min(b) == 0 { 0 } else { a.max(b) }).unwrap_or(0)
+}
+
 /// Directions to light and eye, and texture positions.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct PairRows<'a> {
@@ -89,11 +94,8 @@ pub(crate) struct PairRows<'a> {
 impl PairRows<'_> {
     /// Returns the number of samples: that of the longest array.
     pub(crate) fn count(&self) -> usize {
-        let counts = [self.wi.rows::<3>(), self.wo.rows::<3>()];
-        if counts.contains(&0) {
-            return 0;
-        }
-        counts.into_iter().chain(self.uv.map(|uv| uv.rows::<2>())).max().unwrap_or(0)
+        let uv = self.uv.map(|uv| uv.rows::<2>());
+        longest([self.wi.rows::<3>(), self.wo.rows::<3>()].into_iter().chain(uv))
     }
 
     /// Returns a pair of directions.

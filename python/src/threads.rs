@@ -1,7 +1,7 @@
 //! Threads of a call: all of the process, or a pool of a given number.
 
 use std::collections::HashMap;
-use std::sync::{Arc, LazyLock, Mutex, PoisonError};
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -11,11 +11,22 @@ use crate::error::value_error;
 /// Largest number of threads of a call.
 const MOST: usize = 1024;
 
-/// Pools by their number of threads; starting one takes longer than a small call.
-static POOLS: LazyLock<Mutex<HashMap<usize, Arc<ThreadPool>>>> = LazyLock::new(Mutex::default);
+/// Idle pools by their number of threads; starting one takes longer than a small call. Calls do not
+/// share a pool: one that waits for the cache of another would take the other's work and wait for
+/// itself.
+static IDLE: LazyLock<Mutex<HashMap<usize, Vec<ThreadPool>>>> = LazyLock::new(Mutex::default);
 
-/// Threads of a call.
-pub(crate) struct Threads(Option<Arc<ThreadPool>>);
+/// Threads of a call; its pool is idle again afterwards.
+pub(crate) struct Threads(Option<ThreadPool>);
+
+impl Drop for Threads {
+    fn drop(&mut self) {
+        if let Some(pool) = self.0.take() {
+            let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+            idle.entry(pool.current_num_threads()).or_default().push(pool);
+        }
+    }
+}
 
 impl Threads {
     /// Returns the threads of a call. `None` means those of the process: as many as
@@ -47,11 +58,11 @@ pub(crate) fn run<R: Send>(
     Ok(py.detach(|| threads.install(work)))
 }
 
-fn pool(count: usize) -> PyResult<Arc<ThreadPool>> {
-    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(pool) = pools.get(&count) {
-        return Ok(pool.clone());
+fn pool(count: usize) -> PyResult<ThreadPool> {
+    let mut idle = IDLE.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(pool) = idle.get_mut(&count).and_then(Vec::pop) {
+        return Ok(pool);
     }
-    let pool = ThreadPoolBuilder::new().num_threads(count).build().map_err(value_error)?;
-    Ok(pools.entry(count).or_insert(Arc::new(pool)).clone())
+    drop(idle);
+    ThreadPoolBuilder::new().num_threads(count).build().map_err(value_error)
 }

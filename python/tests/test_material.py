@@ -7,6 +7,7 @@ import io
 import json
 import pickle
 import struct
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -220,3 +221,31 @@ def test_limit_bounds_the_albedo() -> None:
     assert limited.is_limited and not limited.limited(False).is_limited
     assert limited.largest_albedo() <= 1.001
     assert simd_level() in ("sse2", "avx2", "avx-512", "neon", "baseline")
+
+
+def test_f_with_bumps_is_0_below_the_surface() -> None:
+    copper = Material.preset("model-hammered-copper")
+    below = copper.eval([0.6, 0.0, 0.8], [0.8, 0.0, -0.6], [0.3, 0.7])
+    assert not below.any()
+    assert copper.eval([0.6, 0.0, 0.8], [0.0, 0.0, 1.0], [0.3, 0.7]).all()
+
+
+def test_empty_arrays_have_no_samples() -> None:
+    gold = Material.preset("gold")
+    up, none = [0.0, 0.0, 1.0], np.empty((0, 2))
+    assert gold.eval(up, up, none).shape == (0, 3)
+    assert gold.albedo(up, none).shape == (0, 3)
+    with pytest.raises(ValueError):
+        gold.sample(up, 1, np.zeros((5, 2)))
+
+
+def test_threads_of_python_render_at_once_with_pools_of_the_same_size() -> None:
+    gold = Material.preset("gold")
+
+    def draw(place: int) -> int:
+        scene = {"camera": {"orbit_deg": 10.0 + place // 2}}
+        return int(gold.render(scene, size=24, threads=2).sum())
+
+    with ThreadPoolExecutor(2) as pool:
+        sums = list(pool.map(draw, range(24), timeout=120))
+    assert sums[::2] == sums[1::2]

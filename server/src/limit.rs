@@ -90,6 +90,8 @@ pub const CIRCLE_PIXELS: u64 = 1 << 25;
 pub const ARCHIVE_INDIVIDUALS: usize = 128;
 /// Most pixels of an archive, over all pictures.
 pub const ARCHIVE_PIXELS: u64 = 1 << 25;
+/// Most binary tables of an archive, each of 1 to 52 MB.
+pub const ARCHIVE_TABLES: usize = 16;
 /// Most queued render jobs.
 pub const QUEUED_JOBS: u64 = 1000;
 /// Most calls waiting for a processor.

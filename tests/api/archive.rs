@@ -78,6 +78,10 @@ async fn archive_is_refused_when_it_names_something_unknown_or_is_too_large() {
     let path = format!("/v1/exports.zip?individuals={few}&size=2048");
     let problem = server.get(&path).await.problem(422);
     assert!(text_of(&problem["detail"]).contains("33554432"), "{problem}");
+    let path = format!("/v1/exports.zip?individuals={few}&formats=merl,rgl-bsdf");
+    let problem = server.get(&path).await.problem(422);
+    let words = "18 tables of 9 individuals; an archive has at most 16";
+    assert!(text_of(&problem["detail"]).contains(words), "{problem}");
 }
 
 #[tokio::test(flavor = "multi_thread")]

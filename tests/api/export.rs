@@ -131,6 +131,9 @@ async fn formats_for_path_tracers_have_the_energy_limit_unless_it_is_off() {
     assert!(limited.contains("It reflects at most 1.0000 of the light"), "{limited}");
     let raw = post("?energy_limit=false").await;
     assert!(raw.contains("times the light that it receives: the energy limit is off."), "{raw}");
+    let lambert = "brood 1\n.model lambert\n";
+    let merl = server.post_bytes("/v1/exports/merl", "text/x-brood", lambert).await.expect(200);
+    assert_eq!(merl.body.len(), 34_992_012, "the size of MERL's files");
     let painted = server.post_bytes(path, "text/x-brood", TOON).await;
     let problem = painted.problem(422);
     assert!(text_of(&problem["detail"]).contains("is a format of BRDFs"), "{problem}");

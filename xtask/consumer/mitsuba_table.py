@@ -10,16 +10,14 @@ Prints one line of JSON for each material, then one with the summary. Exits with
 exceeded.
 """
 
-import base64
 import json
 import statistics
-import struct
 import sys
 import time
 from pathlib import Path
 
-import drjit as dr
 import mitsuba as mi
+from mitsuba_shared import Pairs, doubles, interaction, variances
 
 # Bounds of the median over presets and models of the median over pairs of |df| / f. Random programs
 # may have details that no table shows; their errors are stated in the files.
@@ -30,41 +28,12 @@ RANDOM = ("random-", "layered-", "textured-", "bumped-")
 # the larger of this and of this share.
 OWN_DIFFERENCE = 1e-4
 OWN_RATIO = 1e-2
-# Directions of the eye for the variance: inclination and azimuth in degrees.
-VIEWS = [(12, 20), (45, 130), (75, 250)]
-# Samples for the variance.
-COUNT = 1 << 18
-
-
-def doubles(text):
-    data = base64.b64decode(text)
-    return struct.unpack(f"<{len(data) // 8}d", data)
-
-
-def interaction(to_eye):
-    si = dr.zeros(mi.SurfaceInteraction3f, dr.width(to_eye))
-    si.wi = to_eye
-    si.n = mi.Normal3f(0, 0, 1)
-    si.sh_frame = mi.Frame3f(si.n)
-    si.sh_frame.s, si.sh_frame.t = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
-    si.dp_du, si.dp_dv = mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)
-    return si
-
-
-class Pairs:
-    """Pairs of directions of the reference."""
-
-    def __init__(self, text):
-        values = doubles(text)
-        column = [mi.Float(list(values[k::8])) for k in range(6)]
-        self.to_light = mi.Vector3f(*column[0:3])
-        self.to_eye = mi.Vector3f(*column[3:6])
-        self.cosine = list(values[2::8])
 
 
 def value_errors(bsdf, pairs, wanted):
     """Mean |df cos| / mean f cos, and median over pairs of |df| / f."""
-    found = bsdf.eval(mi.BSDFContext(), interaction(pairs.to_eye), pairs.to_light)
+    si = interaction(pairs.to_eye, pairs.uv)
+    found = bsdf.eval(mi.BSDFContext(), si, pairs.to_light)
     differences, values = [0.0] * len(pairs.cosine), [0.0] * len(pairs.cosine)
     for channel in range(3):
         columns = zip(found[channel], wanted[channel::3], pairs.cosine)
@@ -73,30 +42,6 @@ def value_errors(bsdf, pairs, wanted):
             values[place] += f * cosine
     ratios = [a / b for a, b in zip(differences, values) if b > 0]
     return sum(differences) / max(sum(values), 1e-30), median(ratios)
-
-
-def variances(bsdf):
-    """Relative variances of one sample in an even sky, mean over views: table and cosine."""
-    sampler = mi.load_dict({"type": "independent"})
-    context = mi.BSDFContext()
-    found = []
-    for inclination, azimuth in VIEWS:
-        theta, phi = inclination * dr.pi / 180, azimuth * dr.pi / 180
-        eye = mi.Vector3f(dr.sin(theta) * dr.cos(phi), dr.sin(theta) * dr.sin(phi), dr.cos(theta))
-        sampler.seed(7, COUNT)
-        si = interaction(dr.repeat(eye, COUNT))
-        _, weight = bsdf.sample(context, si, sampler.next_1d(), sampler.next_2d())
-        to_light = mi.warp.square_to_cosine_hemisphere(sampler.next_2d())
-        f = bsdf.eval(context, si, to_light)
-        found.append((relative_variance(weight), relative_variance(f * dr.pi / to_light.z)))
-    return [statistics.fmean(column) for column in zip(*found)]
-
-
-def relative_variance(weight):
-    mean = (weight[0] + weight[1] + weight[2]) / 3
-    mean = dr.select(dr.isfinite(mean), mean, 0)
-    first, second = dr.mean(mean)[0], dr.mean(mean * mean)[0]
-    return second / (first * first) - 1 if first > 0 else 0
 
 
 def test(case, folder, pairs):

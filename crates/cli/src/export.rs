@@ -21,12 +21,12 @@ pub struct ExportArgs {
     /// Genome, as a `.brood` or JSON file; - is stdin. A measured material for formats of tables:
     /// MERL .binary, RGL .bsdf, samples .csv, goniometer .brdf, image slice .exr
     material: PathBuf,
-    /// Format: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf, mitsuba (a plugin), vrm-mtoon for
-    /// simple painted materials
+    /// Format: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf; mitsuba (a plugin); rgl-bsdf, merl,
+    /// samples-csv (tables); vrm-mtoon for simple painted materials
     #[arg(long, value_name = "FORMAT", default_value = "glsl-es-300")]
     format: Format,
     /// Energy limit: divide by the largest albedo if that is above 1. By default on in formats for
-    /// path tracers (mitsuba), in others as the genome says
+    /// path tracers (mitsuba, rgl-bsdf, merl), in others as the genome says
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     limit: Option<bool>,
     /// Number of lights of the function of a painted material, 1 to 8
@@ -83,17 +83,15 @@ fn exported(args: &ExportArgs) -> Result<(Exported, String)> {
 
 fn to_stdout(format: Format, exported: Exported, json: bool) -> Result<()> {
     let Exported { bytes, note } = exported;
-    match (json, format.is_binary()) {
-        (true, true) => output::print_json(
-            &json!({ "format": format.name(), "bytes": bytes.len(), "note": note }),
-        ),
-        (true, false) => {
-            let source = String::from_utf8(bytes).context("the format is text")?;
-            output::print_json(&json!({ "format": format.name(), "source": source }))
-        }
-        (false, true) if std::io::stdout().is_terminal() => {
-            bail!("{} is binary: name a file with -o", format.name())
-        }
-        (false, _) => output::print_bytes(&bytes),
+    if format.is_binary() && (json || std::io::stdout().is_terminal()) {
+        bail!("{} is binary: name a file with -o", format.name());
     }
+    if json {
+        let source = String::from_utf8(bytes).context("the format is text")?;
+        return output::print_json(
+            &json!({ "format": format.name(), "source": source, "note": note }),
+        );
+    }
+    note.iter().for_each(|note| eprintln!("{note}"));
+    output::print_bytes(&bytes)
 }

@@ -23,8 +23,8 @@ impl Format {
             Self::GlslEs300 | Self::Glsl410 | Self::Wgsl | Self::Hlsl | Self::DisneyBrdf => {
                 Exactness::Exact
             }
-            Self::Mitsuba | Self::SamplesCsv => Exactness::Exact,
-            Self::RglBsdf | Self::Merl => Exactness::Table,
+            Self::Mitsuba => Exactness::Exact,
+            Self::RglBsdf | Self::Merl | Self::SamplesCsv => Exactness::Table,
             Self::Mtoon => Exactness::Fit,
         }
     }
@@ -37,7 +37,7 @@ impl Format {
                 "programs: the same bits if the compiler rounds each operation"
             }
             Self::Mitsuba => {
-                "within 1e-5, or the rounding of directions to 32 bits if that is more"
+                "within 1e-5, or twice the rounding of directions to 32 bits (LLVM variants)"
             }
             Self::RglBsdf => "median 0.06 to 2 %, more for narrow spikes; stated in the file",
             Self::Merl => "median 0.1 to 1.4 %; highlights narrower than a cell are lost",

@@ -98,7 +98,8 @@ impl Language {
                  @group(0) @binding(0) var<uniform> brood_zero: u32;\n\n"
             }
             Self::Hlsl => {
-                "// Every product and sum must be rounded separately, which `precise` asks for. For compilers\n\
+                "// Every product and sum must be rounded separately, which `precise` asks for. For \
+                 compilers\n\
                  // that lack it, such as Slang's for processors, define BROOD_PRECISE as
                  // nothing.\n\
                  #ifndef BROOD_PRECISE\n\
@@ -244,7 +245,7 @@ impl Language {
     }
 }
 
-/// `vec3f(a)` as `(vec3f)(a)`, and `BroodPair(a, b)` as `make_BroodPair(a, b)`.
+/// `vec3f(a)` as `((vec3f)(a))`, and `BroodPair(a, b)` as `make_BroodPair(a, b)`.
 fn hlsl_of_constructors(code: &str) -> String {
     let mut text = code.to_owned();
     for name in STRUCTURES {
@@ -255,31 +256,31 @@ fn hlsl_of_constructors(code: &str) -> String {
         while let Some(found) = text[done..].find(&format!("{of}(")) {
             let start = done + found;
             let open = start + of.len();
-            if has_one_argument(&text[open + 1..]) {
-                text.replace_range(start..open, &format!("({of})"));
-                done = open + 2;
-            } else {
-                done = open;
+            done = open;
+            if let Some(end) = end_of_one_argument(&text[open + 1..]) {
+                text.insert(open + 1 + end, ')');
+                text.replace_range(start..open, &format!("(({of})"));
+                done += 3;
             }
         }
     }
     text
 }
 
-/// True if the arguments after an opening parenthesis are one. Arguments that go on on another line
-/// are several.
-fn has_one_argument(arguments: &str) -> bool {
+/// Place of the closing parenthesis if the arguments after an opening one are one. Arguments that
+/// continue on another line are several.
+fn end_of_one_argument(arguments: &str) -> Option<usize> {
     let mut depth = 0;
-    for c in arguments.chars() {
+    for (place, c) in arguments.char_indices() {
         match c {
-            ',' if depth == 0 => return false,
-            ')' if depth == 0 => return true,
+            ',' if depth == 0 => return None,
+            ')' if depth == 0 => return Some(place),
             '(' => depth += 1,
             ')' => depth -= 1,
             _ => {}
         }
     }
-    false
+    None
 }
 
 /// `select(b, a, c)` as `c ? a : b`, in parentheses unless it is a whole argument or value.
@@ -365,11 +366,11 @@ mod tests {
     fn hlsl_has_casts_constructors_and_rounded_locals() {
         let cases = [
             ("const A: f32 = 1.0;", "static const float A = 1.0;\n"),
-            ("  let x: f32 = vec3f(a).x;", "  BROOD_PRECISE float x = (float3)(a).x;\n"),
+            ("  let x: f32 = vec3f(a).x;", "  BROOD_PRECISE float x = ((float3)(a)).x;\n"),
             ("  let k: i32 = i32(min(at, 62.0));", "  int k = int(min(at, 62.0));\n"),
             (
                 "  return vec3f(0.0) + vec3f(a, f(b, c), d);",
-                "  return (float3)(0.0) + float3(a, f(b, c), d);\n",
+                "  return ((float3)(0.0)) + float3(a, f(b, c), d);\n",
             ),
             ("  let p: BroodPair = BroodPair(a, b);", "  BroodPair p = make_BroodPair(a, b);\n"),
             ("fn f(a: S, b: array<S,2>) -> vec3f {", "float3 f(S a, S b[2]) {\n"),

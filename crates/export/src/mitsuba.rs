@@ -63,7 +63,6 @@ fn name(program: &Program) -> String {
 
 /// Docstring of the module.
 fn head(program: &Program, table: &SamplingTable) -> String {
-    let name = name(program);
     let layers = Layers::of(program.layers());
     let limit = energy_limit(program);
     let energy = if limit.bound() > 1.0 + 1e-6 {
@@ -79,14 +78,14 @@ fn head(program: &Program, table: &SamplingTable) -> String {
         r#""""A material bred by brood, as a plugin for Mitsuba 3.
 
     pip install mitsuba
-    python {name}.py picture.png
+    python THIS_FILE.py picture.png
 
-renders it. In a program of your own, or in a notebook:
+renders it. In a program of your own, or in a notebook, import this file; if it is material.py:
 
     import mitsuba as mi
     mi.set_variant("llvm_ad_rgb")
-    import {name}
-    scene = mi.load_dict({{"type": "sphere", "material": {{"type": {name}.NAME}}, ...}})
+    import material
+    scene = mi.load_dict({{"type": "sphere", "bsdf": {{"type": material.NAME}}, ...}})
 
 It needs a variant that compiles and has three colour channels or one, such as llvm_ad_rgb,
 cuda_ad_rgb or llvm_ad_mono. The variants that begin with llvm need LLVM 19 or later (on Debian:

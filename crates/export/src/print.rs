@@ -41,12 +41,12 @@ pub fn export_material(
     format: Format,
     within: Within,
 ) -> Result<Exported, PrintError> {
-    check_common(program, within)?;
+    check_material(program, format, within)?;
     let is_brdf = is_brdf(program);
     match (format, program.meaning()) {
-        (Format::Mtoon, Meaning::Style(effects)) => Ok(mtoon::material(program, effects)?.into()),
-        (Format::Mtoon, _) => Err(PrintError::NotPainted(format)),
-        _ if !is_brdf && format.language().is_none() => Err(PrintError::Painted(format)),
+        (_, Meaning::Style(effects)) if format == Format::Mtoon => {
+            Ok(mtoon::material(program, effects)?.into())
+        }
         (Format::DisneyBrdf, _) => Ok(disney::file(program, within.uv).into()),
         (Format::Mitsuba, _) => Ok(mitsuba::plugin(program, within.uv).into()),
         _ if format.is_table() => table::of_program(program, format),

@@ -242,7 +242,6 @@ impl SamplingTable {
         let mut nodes: Vec<f64> = cells.map(|cell| cell.iter().sum::<f64>()).collect();
         // No area is left at x = 0.
         nodes.iter_mut().step_by(columns).for_each(|node| *node = 0.0);
-        // The first row is the last one.
         let largest = nodes.iter().copied().fold(0.0, f64::max);
         if largest <= 0.0 {
             nodes = places
@@ -422,7 +421,7 @@ fn draw_linear(low: f64, high: f64, random: f64) -> f64 {
     if low + root <= 0.0 { random } else { (sum * random / (low + root)).clamp(0.0, 1.0) }
 }
 
-/// Mean of f over the channels for directions to the light, one of 16 texture positions each.
+/// Mean of f over the channels for directions to the light, each at another texture position.
 fn mean_f(program: &Program, eye: DVec3, lights: &[DVec3]) -> Vec<f64> {
     let is_textured = reads_texture(program);
     let mut means = Vec::with_capacity(lights.len());

@@ -14,6 +14,7 @@ pub use samples::samples_csv;
 pub use source::mean_positions;
 
 use brood_brdf::Brdf;
+use brood_eval::is_anisotropic;
 use brood_program::Program;
 
 use crate::error::PrintError;
@@ -26,7 +27,10 @@ pub(crate) fn check(program: &Program, format: Format) -> Result<(), PrintError>
     if program.bumps().is_some() {
         return Err(PrintError::Bumps(format));
     }
-    checked(&Source::of_program(program), format)
+    match format {
+        Format::Merl if is_anisotropic(program) => Err(PrintError::Anisotropic),
+        _ => Ok(()),
+    }
 }
 
 /// Makes the table of a BRDF's program. The format is one of tables.
@@ -41,14 +45,9 @@ pub(crate) fn of_measured(brdf: &dyn Brdf, format: Format) -> Result<Exported, P
         return Err(PrintError::Measured(format));
     }
     let source = Source::of_measured(brdf);
-    checked(&source, format)?;
-    Ok(made(&source, format))
-}
-
-fn checked(source: &Source<'_>, format: Format) -> Result<(), PrintError> {
     match (format, source.symmetry()) {
         (Format::Merl, Symmetry::Half | Symmetry::None) => Err(PrintError::Anisotropic),
-        _ => Ok(()),
+        _ => Ok(made(&source, format)),
     }
 }
 

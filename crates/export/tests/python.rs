@@ -19,7 +19,9 @@ fn plugins_for_mitsuba_are_valid_python() {
     let constraints = DialectConstraints { bumps: Some(true), ..Default::default() };
     let bumped = Variation::random(Dialect::default()).with_constraints(constraints);
     let bumped = (0..3).map(|slot| bumped.birth(BirthKey { seed: 1, slot, attempt: 0 }));
-    let genomes = presets.chain(ModelKind::ALL.into_iter().map(model)).chain(bumped);
+    let random = Variation::random(Dialect::default());
+    let random = (0..6).map(|slot| random.birth(BirthKey { seed: 2, slot, attempt: 0 }));
+    let genomes = presets.chain(random).chain(ModelKind::ALL.into_iter().map(model)).chain(bumped);
     let programs = genomes.map(|genome| express(&genome)).filter(|program| !program.is_painted());
     let files: Vec<String> = programs
         .map(|program| {

@@ -53,13 +53,15 @@ pub struct ArchiveQuery {
     /// each side 16 to 2048, default 256. All pictures together may have 2^25 pixels.
     #[param(pattern = "^[0-9]+(x[0-9]+)?$")]
     size: Option<String>,
-    /// True to apply the energy limit to source code; default: as in the genome.
+    /// True to apply the energy limit to exports; default: true for formats that path tracers read,
+    /// as in the genome for others.
     energy_limit: Option<bool>,
 }
 
 /// Returns individuals as a ZIP file, with pictures in the scenes of their lineages.
 ///
-/// Formats that a painted material cannot be exported in are left out.
+/// Formats that a material cannot be exported in are left out. At most 16 of the files may be
+/// tables (`rgl-bsdf`, `merl`).
 #[utoipa::path(get, path = "/v1/exports.zip", operation_id = "get_archive", tag = "exports",
     params(ArchiveQuery),
     responses((status = 200, description = "ZIP file of the individuals", content_type = "application/zip")))]
@@ -71,6 +73,7 @@ pub async fn get(
     let formats = formats(query.formats.as_deref().unwrap_or("brood,png"))?;
     let size_px = size(query.size.as_deref())?;
     check_pictures(ids.len(), &formats, size_px)?;
+    check_tables(ids.len(), &formats)?;
     let individuals = app.store.individuals(&ids).await?;
     let mut lineages = HashMap::new();
     for one in &individuals {
@@ -86,7 +89,7 @@ pub async fn get(
         let name = unique(&mut taken, &lineages[&one.lineage].name, one.hash);
         let material = app.library.material(one.hash).await?;
         for format in &formats {
-            let name = format!("{name}.{}", format.ending());
+            let name = format.file_name(&name);
             let what = match format {
                 Kind::Source(format) => {
                     // Not each material is one of each format.
@@ -139,12 +142,16 @@ impl Kind {
         }
     }
 
-    fn ending(self) -> &'static str {
+    fn file_name(self, stem: &str) -> String {
         match self {
-            Self::Brood => "brood",
-            Self::Picture(format) => format.name(),
-            Self::Source(format) => format.extension(),
+            Self::Brood => format!("{stem}.brood"),
+            Self::Picture(format) => format!("{stem}.{}", format.name()),
+            Self::Source(format) => format.file_name(stem),
         }
+    }
+
+    fn is_binary_table(self) -> bool {
+        matches!(self, Self::Source(format) if format.is_binary())
     }
 }
 
@@ -187,6 +194,19 @@ fn formats(text: &str) -> Result<Vec<Kind>, ApiError> {
         }
     }
     Ok(formats)
+}
+
+/// # Errors
+/// 422 if there are more tables than an archive may have.
+fn check_tables(individuals: usize, formats: &[Kind]) -> Result<(), ApiError> {
+    let tables = individuals * formats.iter().filter(|format| format.is_binary_table()).count();
+    if tables > limit::ARCHIVE_TABLES {
+        let most = limit::ARCHIVE_TABLES;
+        let words =
+            format!("{tables} tables of {individuals} individuals; an archive has at most {most}");
+        return Err(ApiError::refused(words));
+    }
+    Ok(())
 }
 
 fn check_pictures(count: usize, formats: &[Kind], size_px: PictureSize) -> Result<(), ApiError> {

@@ -1,4 +1,4 @@
-//! Exports of individuals and of genomes that are not stored, as source code for other renderers.
+//! Exports of individuals and of genomes that are not stored, in the formats of other programs.
 
 mod exported;
 
@@ -20,6 +20,7 @@ use super::genome;
 use crate::extract::{Path, Query, read_upload};
 use crate::limit;
 use crate::problem::ApiError;
+use crate::processors::run_blocking;
 use crate::state::App;
 
 /// Must be revalidated: the exported text depends on the program version.
@@ -129,7 +130,7 @@ fn refused(error: PrintError) -> ApiError {
     }
 }
 
-/// Returns a genome as source code, without storing it.
+/// Returns a genome in a format of other programs, without storing it.
 #[utoipa::path(post, path = "/v1/exports/{format}", operation_id = "export_genome", tag = "exports",
     params(("format" = String, Path, description = "name of a format from `GET /v1/exports`"), ExportQuery),
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
@@ -155,7 +156,9 @@ pub async fn print(
     Ok(([content_type, (header::CACHE_CONTROL, "no-store")], bytes).into_response())
 }
 
-/// Returns the material of a scene's object as source code.
+/// Returns the material of a scene's object in a format of other programs.
+///
+/// Formats that path tracers read have the energy limit.
 #[utoipa::path(get, path = "/v1/exports/{format}", operation_id = "export_scene_material", tag = "exports",
     params(("format" = String, Path, description = "name of a format from `GET /v1/exports`"), MaterialQuery),
     responses(ExportedMaterial, (status = 304)))]
@@ -171,13 +174,12 @@ pub async fn of_material(
         true => made(&limited(program), format, within),
         false => made(&program, format, within),
     };
-    let bytes = app.processors.run(print).await?.map_err(refused)?;
-    let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
+    let (bytes, etag) = app.processors.run(move || print().map(tagged)).await?.map_err(refused)?;
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
     Ok(head.answer(&headers, bytes))
 }
 
-/// Returns an individual as source code.
+/// Returns an individual in a format of other programs.
 #[utoipa::path(get, path = "/v1/individuals/{id}/exports/{format}", operation_id = "export_individual", tag = "exports",
     params(("id" = IndividualId, Path),
         ("format" = String, Path, description = "name of a format from `GET /v1/exports`"), ExportQuery),
@@ -191,7 +193,8 @@ pub async fn get(
     let (format, within) = (parse_format(&format)?, query.within()?);
     let individual = app.store.individual(id).await?;
     let bytes = bytes(&app, individual.hash, format, query.energy_limit, within).await?;
-    let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
+    // Tables have up to 52 MB.
+    let (bytes, etag) = run_blocking(move || tagged(bytes)).await?;
     let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
     let mut response = head.answer(&headers, bytes);
     let hash = individual.hash.to_string();
@@ -231,6 +234,12 @@ pub(super) async fn bytes(
         made(&program, format, within)
     };
     app.processors.run(bytes).await?.map_err(refused)
+}
+
+/// The file and its ETag.
+fn tagged(bytes: Vec<u8>) -> (Vec<u8>, String) {
+    let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
+    (bytes, etag)
 }
 
 fn made(program: &Program, format: Format, within: Within) -> Result<Vec<u8>, PrintError> {

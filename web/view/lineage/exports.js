@@ -43,7 +43,7 @@ const lightCount = () => Math.min(8, Math.max(1, sceneStore.scene.value?.lights?
  * @param {{format: ExportFormat, name: string, place: Place, path: string}} props
  */
 function OfFormat({ format, name, place, path }) {
-  const commands = format.commands.map((command) =>
+  const commands = (format.commands ?? []).map((command) =>
     command.replace("FILE", name).replace("URL", `${location.origin}${path}`));
   return html`
     <li>
@@ -61,7 +61,7 @@ function SourceCode({ of, name, place }) {
   const painted = isPainted(genome);
   /** @param {ExportFormat} format */
   const query = (format) =>
-    painted ? `lights=${lightCount()}` : `energy_limit=${viewStore.limitedExports.value || format.path_traced}`;
+    painted ? `lights=${lightCount()}` : `energy_limit=${viewStore.limitedExports.value || format.path_traced === true}`;
   return html`
     ${formatsFor(painted).map((format) => html`
       <${OfFormat} key=${format.name} format=${format} name=${exportName(name, of.hash, format)} place=${place}

@@ -20,12 +20,15 @@ struct Consumer {
     /// Script and list of packages in xtask/consumer, without their endings.
     script: &'static str,
     packages: &'static str,
+    /// Number of random genomes.
+    genomes: &'static str,
 }
 
 const CONSUMERS: [Consumer; 3] = [
-    Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba" },
-    Consumer { format: "rgl-bsdf", script: "mitsuba_table", packages: "mitsuba" },
-    Consumer { format: "hlsl", script: "slang", packages: "slangpy" },
+    Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba", genomes: "40" },
+    // Tables of anisotropic materials have 18 or 52 MB.
+    Consumer { format: "rgl-bsdf", script: "mitsuba_table", packages: "mitsuba", genomes: "10" },
+    Consumer { format: "hlsl", script: "slang", packages: "slangpy", genomes: "200" },
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to
@@ -58,7 +61,8 @@ impl Consumer {
             std::fs::remove_dir_all(&files).context("remove the files of the last run")?;
         }
         let mut write = shell::command(binaries.join("brood"));
-        write.args(["bench", "consumer", "--format", self.format, "--output"]).arg(&files);
+        write.args(["bench", "consumer", "--format", self.format, "--genomes", self.genomes]);
+        write.arg("--output").arg(&files);
         shell::run(&mut write)?;
         let mut python = Python::at(&folder.join(self.packages));
         python.prepare()?;

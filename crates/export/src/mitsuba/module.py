@@ -193,7 +193,7 @@ def register():
     variant = mi.variant()
     if variant is None:
         return
-    if variant.startswith("scalar") or mi.is_spectral:
+    if variant.startswith("scalar") or "double" in variant or mi.is_spectral:
         mi.register_bsdf(NAME, lambda props: refuse(variant))
         return
     material = make_class()
@@ -202,8 +202,8 @@ def register():
 
 def refuse(variant):
     raise RuntimeError(
-        f"{NAME} cannot be used with {variant}: it needs a variant that compiles and has colours "
-        "of three channels or one, such as llvm_ad_rgb, cuda_ad_rgb or llvm_ad_mono"
+        f"{NAME} cannot be used with {variant}: it needs a variant that compiles, with numbers of "
+        "32 bits and colours of three channels or one: llvm_ad_rgb, cuda_ad_rgb, llvm_ad_mono"
     )
 
 

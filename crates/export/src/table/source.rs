@@ -9,6 +9,8 @@ use crate::model::Layers;
 use crate::module::reads_texture;
 use crate::reflectance::{even_pairs, reflectance, spread};
 
+/// Largest magnitude of a measured value in tables; far below the end of f32.
+const LARGEST: f64 = 1e30;
 /// Texture positions over which f is averaged.
 const POSITIONS: usize = 16;
 /// Pairs at which the symmetry of a measured BRDF is tested, and angles by which they are turned.
@@ -91,7 +93,11 @@ impl<'a> Source<'a> {
     /// f of each pair.
     pub(super) fn f(&self, pairs: &[DirectionPair]) -> Vec<DVec3> {
         match &self.kind {
-            Kind::Measured(brdf) => pairs.iter().map(|pair| brdf.f(pair)).collect(),
+            // Numbers of tables have 32 bits.
+            Kind::Measured(brdf) => {
+                let f = |pair| brdf.f(pair).clamp(DVec3::splat(-LARGEST), DVec3::splat(LARGEST));
+                pairs.iter().map(f).collect()
+            }
             Kind::Program(program, positions) => pairs
                 .chunks(BATCH)
                 .flat_map(|pairs| mean_reflectance(program, pairs, positions))
