@@ -46,7 +46,7 @@ fn models() -> Vec<Program> {
 }
 
 /// Options for HLSL whose entry point is `shade`.
-const HLSL: [&str; 3] = ["-D", "-e", "shade"];
+const HLSL: [&str; 6] = ["-D", "-V", "-e", "shade", "-o", "/dev/null"];
 
 /// Returns the compiler's message if it rejects a fragment shader, otherwise `None`.
 fn refusal(compiler: &str, options: &[&str], source: &str) -> Option<String> {
