@@ -243,7 +243,7 @@ def test_threads_of_python_render_at_once_with_pools_of_the_same_size() -> None:
     gold = Material.preset("gold")
 
     def draw(place: int) -> int:
-        scene = {"camera": {"orbit_deg": 10.0 + place // 2}}
+        scene = {"camera": {"orbit_deg": [10.0 + place // 2, 20.0]}}
         return int(gold.render(scene, size=24, threads=2).sum())
 
     with ThreadPoolExecutor(2) as pool:
