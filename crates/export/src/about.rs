@@ -57,7 +57,7 @@ impl Format {
             Self::DisneyBrdf => "Disney BRDF Explorer",
             Self::Mtoon => "VRM viewers",
             Self::Mitsuba => "Mitsuba 3, variants with LLVM or CUDA",
-            Self::RglBsdf => "Mitsuba 3 (`measured`, RGB variants), readers of RGL's database",
+            Self::RglBsdf => "Mitsuba 3 (BSDF measured, RGB variants), readers of RGL's database",
             Self::Merl => "Disney BRDF Explorer, readers of MERL's database",
             Self::SamplesCsv => "spreadsheets, scripts, targets of brood",
         }

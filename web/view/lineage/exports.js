@@ -48,8 +48,8 @@ function OfFormat({ format, name, place, path }) {
   return html`
     <li>
       <${Download} id=${`export-${format.name}`} text=${format.label} name=${name} place=${place} path=${() => path} />
-      <span class="small about" title=${`Error: ${format.error}.`}>${format.exactness}, for ${format.opened_by}</span>
-      ${commands.length > 0 && html`<pre class="commands" data-testid=${`commands-${format.name}`}>${commands.join("\n")}</pre>`}
+      <span class="small purpose" title=${`Error: ${format.error}.`}>${format.exactness}, for ${format.opened_by}</span>
+      ${commands.length > 0 && html`<pre class="commands" tabindex="0" data-testid=${`commands-${format.name}`}>${commands.join("\n")}</pre>`}
     </li>
   `;
 }
