@@ -121,10 +121,14 @@ def chi_square(bsdf):
         def pdf_of_half(to_light):
             return pdf(to_light) * half.area(to_light)
 
-        for domain, pdf_func in ((SphericalDomain(), pdf), (half, pdf_of_half)):
+        # The last two integrate the density over more places of a cell.
+        sphere = SphericalDomain()
+        coarse = [(sphere, pdf, 16), (half, pdf_of_half, 16)]
+        tries = coarse + [(sphere, pdf, 48), (half, pdf_of_half, 48)]
+        for domain, pdf_func, places in tries:
             test = ChiSquareTest(
                 domain=domain, sample_func=sample, pdf_func=pdf_func, sample_dim=3,
-                sample_count=1000000, res=101, ires=16,
+                sample_count=1000000, res=101, ires=places,
             )
             if test.run(SIGNIFICANCE, test_count=len(VIEWS), quiet=True):
                 break

@@ -28,7 +28,7 @@ const CONSUMERS: [Consumer; 3] = [
     Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba", genomes: "40" },
     // Tables of anisotropic materials have 18 or 52 MB.
     Consumer { format: "rgl-bsdf", script: "mitsuba_table", packages: "mitsuba", genomes: "10" },
-    Consumer { format: "hlsl", script: "slang", packages: "slangpy", genomes: "200" },
+    Consumer { format: "hlsl", script: "slang", packages: "slangpy", genomes: "40" },
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to
