@@ -166,8 +166,8 @@ fn read_back(format: Format, bytes: &[u8]) -> Result<Option<Box<dyn Brdf>>> {
     })
 }
 
-/// Pairs and texture positions of which one component is changed by half a unit in the last place
-/// of numbers of 32 bits between 1/2 and 1.
+/// Returns the pairs and texture positions with one component changed by [`ROUNDING`]: 0 to 5 are
+/// those of wi and wo, 6 and 7 those of the texture position.
 fn moved(pairs: &[DirectionPair], uvs: &[DVec2], place: usize) -> (Vec<DirectionPair>, Vec<DVec2>) {
     let moved = |pair: &DirectionPair| {
         let mut values = [pair.wi().to_array(), pair.wo().to_array()];
@@ -206,7 +206,7 @@ fn values(program: &Program, pairs: &[DirectionPair], uvs: &[DVec2]) -> Vec<f64>
     f.iter().zip(&turned).flat_map(|(f, turned)| f.map(|value| value * turned.factor)).collect()
 }
 
-/// Pairs of directions that are numbers of 32 bits, uniform over the hemisphere; those at odd
+/// Pairs of directions, rounded to f32, uniform over the hemisphere; those at odd
 /// places have the light near the mirror direction.
 fn pairs(args: &BenchConsumerArgs) -> Vec<DirectionPair> {
     let random = random_pairs(args.seed, args.pairs as usize);

@@ -20,11 +20,10 @@ import json
 import statistics
 import sys
 import time
-from pathlib import Path
 
 import drjit as dr
 import mitsuba as mi
-from mitsuba_shared import VIEWS, Pairs, doubles, interaction, variances
+from mitsuba_shared import VIEWS, doubles, interaction, tested, variances
 
 # Bounds of the error of values, mean |df cos| / mean f cos: the larger of this, and of this times
 # the change by rounding directions and texture positions to numbers of 32 bits.
@@ -221,20 +220,7 @@ def test(case, folder, pairs):
 
 
 def main():
-    folder = Path(sys.argv[1])
-    only = sys.argv[2:]
-    mi.set_variant("llvm_ad_rgb")
-    mi.set_log_level(mi.LogLevel.Error)
-    listed = json.loads((folder / "cases.json").read_text())
-    pairs = Pairs(listed["pairs"])
-    cases = [case for case in listed["cases"] if "file" in case]
-    if only:
-        cases = [case for case in cases if case["name"] in only]
-    found = []
-    for case in cases:
-        result = test(case, folder, pairs)
-        print(json.dumps(result), flush=True)
-        found.append(result)
+    found, refused = tested(test)
     errors = [result["value_error"] for result in found]
     # Variances below 1e-3 are noise of the estimate.
     ratios = [(r["cosine_variance"] + 1e-3) / (r["variance"] + 1e-3) for r in found]
@@ -242,7 +228,7 @@ def main():
     summary = {
         "consumer": f"mitsuba {mi.__version__}",
         "materials": len(found),
-        "refused": len(listed["cases"]) - len(cases),
+        "refused": refused,
         "worst_error": max(errors),
         "median_error": statistics.median(errors),
         "median_derivative_error": statistics.median(r["derivative_error"] for r in found),

@@ -1,8 +1,11 @@
 """Functions of the scripts that test exports in Mitsuba."""
 
 import base64
+import json
 import statistics
 import struct
+import sys
+from pathlib import Path
 
 import drjit as dr
 import mitsuba as mi
@@ -66,3 +69,22 @@ def relative_variance(weight):
     mean = dr.select(dr.isfinite(mean), mean, 0)
     first, second = dr.mean(mean)[0], dr.mean(mean * mean)[0]
     return second / (first * first) - 1 if first > 0 else 0
+
+
+def tested(test):
+    """Tests the materials of the folder that the command line names, or those whose names follow.
+
+    Prints and returns the result of each, and the number of refused materials.
+    """
+    folder, only = Path(sys.argv[1]), sys.argv[2:]
+    mi.set_variant("llvm_ad_rgb")
+    mi.set_log_level(mi.LogLevel.Error)
+    listed = json.loads((folder / "cases.json").read_text())
+    pairs = Pairs(listed["pairs"])
+    found = []
+    for case in listed["cases"]:
+        if "file" in case and (not only or case["name"] in only):
+            result = test(case, folder, pairs)
+            print(json.dumps(result), flush=True)
+            found.append(result)
+    return found, sum("refused" in case for case in listed["cases"])

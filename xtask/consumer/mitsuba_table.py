@@ -14,10 +14,9 @@ import json
 import statistics
 import sys
 import time
-from pathlib import Path
 
 import mitsuba as mi
-from mitsuba_shared import Pairs, doubles, interaction, variances
+from mitsuba_shared import doubles, interaction, tested, variances
 
 # Bounds of the median over presets and models of the median over pairs of |df| / f. Random programs
 # may have details that no table shows; their errors are stated in the files.
@@ -68,20 +67,7 @@ def median(values):
 
 
 def main():
-    folder = Path(sys.argv[1])
-    only = sys.argv[2:]
-    mi.set_variant("llvm_ad_rgb")
-    mi.set_log_level(mi.LogLevel.Error)
-    listed = json.loads((folder / "cases.json").read_text())
-    pairs = Pairs(listed["pairs"])
-    cases = [case for case in listed["cases"] if "file" in case]
-    if only:
-        cases = [case for case in cases if case["name"] in only]
-    found = []
-    for case in cases:
-        result = test(case, folder, pairs)
-        print(json.dumps(result), flush=True)
-        found.append(result)
+    found, refused = tested(test)
     errors = [result["value_error"] for result in found]
     known = [r for r in found if not r["name"].startswith(RANDOM)]
     isotropic = median([r["median_of_pairs"] for r in known if not r["anisotropic"]])
@@ -96,7 +82,7 @@ def main():
     summary = {
         "consumer": f"mitsuba {mi.__version__}, measured",
         "materials": len(found),
-        "refused": sum("refused" in case for case in listed["cases"]),
+        "refused": refused,
         "worst_error": max(errors),
         "median_error": median(errors),
         "median_of_pairs": median([r["median_of_pairs"] for r in found]),

@@ -3,8 +3,8 @@
 //! Owns the amount of work: `--short` fits continuous integration, `--long` is complete; `--data`
 //! adds renders and measurements by other programs, `--peers` adds metrics by packages from PyPI,
 //! `--client` adds a generated client of the API, `--exports` programs that read exported
-//! materials. The checks are an example of the genome crate and `brood bench stress`; each fails on
-//! its own if a bound is exceeded.
+//! materials. The checks are an example of the genome crate and `brood bench stress`. A check fails
+//! if a bound is exceeded; the others still run.
 
 mod client;
 mod exports;

@@ -16,7 +16,7 @@ pub enum PrintError {
     /// The format is of BRDFs.
     #[error(
         "{} is a format of BRDFs: a painted material has colours as a display shows them, not a \
-         reflectance; without its effects, its BRDF is exported",
+         reflectance",
         .0.name()
     )]
     Painted(Format),
