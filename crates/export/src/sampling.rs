@@ -31,9 +31,9 @@ const ISOTROPIC: [[usize; 4]; 3] = [[8, 1, 17, 17], [16, 1, 33, 33], [24, 1, 49,
 const ANISOTROPIC: [[usize; 4]; 3] = [[8, 9, 17, 17], [10, 13, 33, 25], [12, 17, 49, 33]];
 /// n, and true if rows begin at the tangent; those of isotropic BRDFs first.
 const COORDINATES: [(i32, bool); 4] = [(2, false), (4, false), (2, true), (4, true)];
-/// A smaller table is taken if its variance is at most that of a larger one times this...
+/// Factor of the variance of a larger table up to which the smaller one is taken.
 const WORSE_RATIO: f64 = 1.25;
-/// ...plus this.
+/// Variance that a smaller table may have beyond that.
 const WORSE_MARGIN: f64 = 0.02;
 /// Places per cell of the table at which the BRDF is averaged, along each axis.
 const ISOTROPIC_DETAIL: usize = 4;
