@@ -1,6 +1,6 @@
 //! Operation: health, metrics, documentation, the page, and a clean shutdown.
 
-use brood_tests::{TestLineage, TestServer, text_of};
+use brood_tests::{TestLineage, TestServer, binary, text_of};
 use serde_json::Value;
 
 #[tokio::test(flavor = "multi_thread")]
@@ -73,4 +73,36 @@ async fn every_answer_has_a_request_id() {
     let first = server.get("/v1/system").await.header("x-request-id");
     let second = server.get("/v1/nothing").await.header("x-request-id");
     assert!(!first.is_empty() && !second.is_empty() && first != second);
+}
+
+/// The unit file's command and variables start a server, without root and systemd.
+#[test]
+fn unit_file_starts_the_server() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../packaging/brood.service");
+    let unit = std::fs::read_to_string(file).expect("the unit file is there");
+    let value = |name: &str| {
+        let line = unit.lines().find_map(|line| line.strip_prefix(name)?.strip_prefix('='));
+        line.unwrap_or_else(|| panic!("the unit file has {name}"))
+    };
+    let (program, arguments) = value("ExecStart").split_once(' ').expect("the command has a word");
+    assert_eq!(program, "/usr/local/bin/brood");
+    let (variable, folder) = value("Environment").split_once('=').expect("a variable is set");
+    assert_eq!(folder, format!("/var/lib/{}", value("StateDirectory")));
+    let data = tempfile::tempdir().unwrap();
+    let mut server = std::process::Command::new(binary())
+        .args(arguments.split(' '))
+        .env(variable, data.path())
+        .env("BROOD_LISTEN", "127.0.0.1:0")
+        .env("BROOD_WORKERS", "0")
+        .env("BROOD_ALLOW_HOSTS", "one.example,two.example")
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    let output = server.stdout.take().unwrap();
+    std::io::BufRead::read_line(&mut std::io::BufReader::new(output), &mut line).unwrap();
+    server.kill().unwrap();
+    server.wait().unwrap();
+    assert!(line.starts_with("brood is listening on http://127.0.0.1:"), "{line}");
+    assert!(data.path().join("brood.db").is_file());
 }

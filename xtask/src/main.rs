@@ -7,6 +7,7 @@ mod accept;
 mod bench;
 mod callgrind;
 mod dev;
+mod dist;
 mod golden;
 mod mutants;
 mod prerequisite;
@@ -47,6 +48,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               change the code in small ways and list the changes that no test detects
   wheel [--test]              build the Python package in the release profile into target/wheels;
                               --test: test the package of the last build of the workspace
+  dist                        build the files of a release into target/dist: a tarball of the static binary with
+                              systemd unit and container file, the Python wheel, checksums
   tidy [PREFIX ...]           rules of the source tree: crate dependencies, file lengths, wording; in all files or those
                               whose path begins with a PREFIX
   tidy --update-duplicates    writes the list of duplicate dependencies anew
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         ["bench", "far", options @ ..] => bench::far(options),
         ["bench", "look", options @ ..] => bench::look(options),
         ["mutants", options @ ..] => mutants::run(options),
+        ["dist"] => dist::run(),
         ["wheel"] => wheel::run(),
         ["wheel", "--test"] => wheel::test_built(),
         ["tidy", "--update-duplicates"] => tidy::update_duplicates(),

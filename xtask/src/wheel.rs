@@ -12,8 +12,14 @@ use crate::python::Python;
 use crate::shell;
 use crate::suite::target_directory;
 
-/// Builds the wheel in the release profile, into `target/wheels`.
+/// Builds the wheel and prints how to install it.
 pub fn run() -> Result<()> {
+    println!("pip install {}", build()?.display());
+    Ok(())
+}
+
+/// Builds the wheel in the release profile, into `target/wheels`, and returns its path.
+pub fn build() -> Result<PathBuf> {
     let target = target_directory()?;
     let python = Python::at(&target.join("maturin"));
     python.prepare()?;
@@ -28,8 +34,7 @@ pub fn run() -> Result<()> {
     }
     maturin.env("CARGO_TARGET_DIR", &target);
     shell::run(&mut maturin)?;
-    println!("pip install {}", newest(&out)?.display());
-    Ok(())
+    newest(&out)
 }
 
 /// Tests the package of the last build of the workspace.

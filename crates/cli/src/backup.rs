@@ -17,7 +17,7 @@ pub struct BackupArgs {
     /// File to write; must not exist yet
     file: PathBuf,
     /// Data directory of the server
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
     data: Option<PathBuf>,
 }
 

@@ -38,7 +38,7 @@ use clap::{Parser, Subcommand};
 
 /// Evolves materials by eye, by script and by search. Without a command it runs `serve`.
 #[derive(Parser)]
-#[command(name = "brood", version, args_conflicts_with_subcommands = true)]
+#[command(name = "brood", version = env!("BROOD_VERSION"), args_conflicts_with_subcommands = true)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -75,7 +75,7 @@ enum Command {
     /// Breed against your own fitness measure: writes genomes to standard output, reads their
     /// errors from standard input
     Evolve(evolve::EvolveArgs),
-    /// Print a genome as source code for other renderers
+    /// Write a material for other programs: code, plugins, tables
     Export(export::ExportArgs),
     /// Write a mesh with tangents as glTF, for renderers that use exported materials
     Mesh(mesh::MeshArgs),

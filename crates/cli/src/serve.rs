@@ -19,23 +19,29 @@ use crate::supervisor::{self, WorkerPlan};
 #[derive(Debug, Args)]
 pub struct ServeArgs {
     /// Address and port to listen on; port 0 selects a free one
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7320")]
+    #[arg(long, value_name = "ADDRESS", env = "BROOD_LISTEN", default_value = "127.0.0.1:7320")]
     pub listen: SocketAddr,
     /// Data directory; by default $XDG_DATA_HOME/brood or ~/.local/share/brood
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
     pub data: Option<PathBuf>,
     /// Number of worker processes that render; one more runs searches. 0 starts none, for a server
     /// with remote workers only
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
+    #[arg(long, value_name = "N", env = "BROOD_WORKERS", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub workers: u16,
     /// Evaluator: auto, cpu, gpu or reference
-    #[arg(long, value_name = "BACKEND", default_value = "auto")]
+    #[arg(long, value_name = "BACKEND", env = "BROOD_BACKEND", default_value = "auto")]
     pub backend: Backend,
     /// Largest size of the cache of rendered pictures in MiB
-    #[arg(long, value_name = "MIB", default_value_t = 1024)]
+    #[arg(long, value_name = "MIB", env = "BROOD_CACHE_MIB", default_value_t = 1024)]
     pub cache_mib: u64,
-    /// Additional host name to answer to, besides localhost; may be given several times
-    #[arg(long = "allow-host", value_name = "NAME")]
+    /// Additional host name to answer to, besides localhost; may be given several times, or as a
+    /// list with commas
+    #[arg(
+        long = "allow-host",
+        value_name = "NAME",
+        env = "BROOD_ALLOW_HOSTS",
+        value_delimiter = ','
+    )]
     pub allow_hosts: Vec<String>,
     /// Serve the page from this directory instead of the embedded copy
     #[arg(long, value_name = "DIR", hide = true)]

@@ -30,7 +30,7 @@ pub struct AddArgs {
     #[arg(long)]
     scope: ScopeWord,
     /// Data directory of the server
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
     data: Option<PathBuf>,
 }
 
@@ -38,7 +38,7 @@ pub struct AddArgs {
 #[derive(Debug, Args)]
 pub struct ListArgs {
     /// Data directory of the server
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
     data: Option<PathBuf>,
 }
 
@@ -48,7 +48,7 @@ pub struct RevokeArgs {
     /// Name of the token
     name: String,
     /// Data directory of the server
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
     data: Option<PathBuf>,
 }
 
