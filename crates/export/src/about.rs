@@ -24,7 +24,7 @@ enum Carries {
     Both,
 }
 
-/// What is known of a format.
+/// Facts of a format.
 struct Facts {
     /// Name in requests and on the command line.
     name: &'static str,
