@@ -80,8 +80,10 @@ fn static_binary(target: &Path) -> Result<PathBuf> {
 fn gather(binary: &Path, folder: &Path) -> Result<()> {
     // The container file makes the data directory from this folder.
     std::fs::create_dir_all(folder.join("data")).context("make the folder of the tarball")?;
-    // Line tables stay: panics name their lines.
-    std::fs::copy(binary, folder.join("brood")).context("copy the binary")?;
+    // Line tables are four fifths of the file; names of functions stay, for backtraces.
+    let mut strip = shell::command("strip");
+    strip.arg("--strip-debug").arg("-o").arg(folder.join("brood")).arg(binary);
+    shell::run(&mut strip)?;
     for file in FILES {
         let name = Path::new(file).file_name().expect("each file has a name");
         let from = shell::root().join(file);
