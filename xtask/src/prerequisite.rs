@@ -173,6 +173,11 @@ pub fn install_browser_driver() -> Result<()> {
         return Ok(());
     }
     println!("installing npm packages: {}", NPM_PACKAGES.join(" "));
+    install_npm_packages(&folder)
+}
+
+/// Installs the npm packages of a folder in the versions of its package-lock.json.
+pub fn install_npm_packages(folder: &Path) -> Result<()> {
     shell::run(
         shell::command("npm")
             .args(["ci", "--ignore-scripts", "--no-audit", "--no-fund"])

@@ -100,6 +100,22 @@ impl Format {
                 opened_by: "Disney BRDF Explorer",
                 ..TEXT
             },
+            Self::ThreePage => &Facts {
+                name: "three-page",
+                label: "Web page with three.js (HTML)",
+                extension: "html",
+                media_type: "text/html; charset=utf-8",
+                opened_by: "browsers with WebGL 2 and a network connection",
+                ..TEXT
+            },
+            Self::ThreeTsl => &Facts {
+                name: "three-tsl",
+                label: "three.js material for WebGPURenderer (JavaScript)",
+                extension: "three.js",
+                media_type: "text/javascript; charset=utf-8",
+                opened_by: "three.js 0.187, WebGPURenderer",
+                ..TEXT
+            },
             Self::Mtoon => &Facts {
                 name: "vrm-mtoon",
                 label: "VRM toon material (glTF JSON)",

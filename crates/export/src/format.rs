@@ -15,6 +15,10 @@ pub enum Format {
     Hlsl,
     /// Material of Disney's BRDF Explorer.
     DisneyBrdf,
+    /// Page that draws the material with three.js.
+    ThreePage,
+    /// Module with a material for three.js's WebGPURenderer.
+    ThreeTsl,
     /// Parameters of VRM's toon material; of simple painted materials only.
     Mtoon,
     /// Plugin for the path tracer Mitsuba 3.
@@ -34,12 +38,14 @@ pub struct FormatError;
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::GlslEs300,
         Self::Glsl410,
         Self::Wgsl,
         Self::Hlsl,
         Self::DisneyBrdf,
+        Self::ThreePage,
+        Self::ThreeTsl,
         Self::Mtoon,
         Self::Mitsuba,
         Self::RglBsdf,
@@ -76,8 +82,8 @@ mod tests {
             assert_eq!(format.name().parse(), Ok(format));
         }
         let error = "cg".parse::<Format>().unwrap_err();
-        let known = "unknown format; known formats: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf, vrm-mtoon, \
-                     mitsuba, rgl-bsdf, merl, samples-csv";
+        let known = "unknown format; known formats: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf, three-page, \
+                     three-tsl, vrm-mtoon, mitsuba, rgl-bsdf, merl, samples-csv";
         assert_eq!(error.to_string(), known);
     }
 }

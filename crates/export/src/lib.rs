@@ -43,6 +43,7 @@ mod sampling;
 mod source;
 mod style;
 mod table;
+mod three;
 
 pub use about::Exactness;
 pub use error::PrintError;

@@ -8,7 +8,7 @@ use crate::error::PrintError;
 use crate::exported::Exported;
 use crate::format::Format;
 use crate::module::export_within;
-use crate::{disney, mitsuba, mtoon, style, table};
+use crate::{disney, mitsuba, mtoon, style, table, three};
 
 /// Ranges that exported code must handle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -48,6 +48,8 @@ pub fn export_material(
             Ok(mtoon::material(program, effects)?.into())
         }
         (Format::DisneyBrdf, _) => Ok(disney::file(program, within.uv).into()),
+        (Format::ThreePage, _) => Ok(three::page(program, within.uv).into()),
+        (Format::ThreeTsl, _) => Ok(three::module(program, within.uv).into()),
         (Format::Mitsuba, _) => Ok(mitsuba::plugin(program, within.uv).into()),
         _ if format.is_table() => table::of_program(program, format),
         _ if is_brdf => Ok(export_within(program, format, within.uv).into()),

@@ -5,18 +5,30 @@
 //! scripts and the exact versions of their packages are in xtask/consumer.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::Mutex;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
+use crate::prerequisite::{self, Prerequisites};
 use crate::python::Python;
 use crate::shell;
+
+/// Language of a script.
+#[derive(Debug, Clone, Copy)]
+enum Runtime {
+    /// With packages from PyPI, listed in a file.
+    Python,
+    /// With packages from npm, listed in a folder, and with a browser.
+    Node,
+}
 
 /// A format and the script that reads its files.
 struct Consumer {
     format: &'static str,
+    runtime: Runtime,
     /// Script and list of packages in xtask/consumer, without their endings.
     script: &'static str,
     packages: &'static str,
@@ -24,11 +36,25 @@ struct Consumer {
     genomes: &'static str,
 }
 
-const CONSUMERS: [Consumer; 3] = [
-    Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba", genomes: "40" },
+/// Most consumers.
+const PYTHON: Consumer =
+    Consumer { format: "", runtime: Runtime::Python, script: "", packages: "", genomes: "40" };
+/// As [`PYTHON`], for three.js.
+const THREE: Consumer = Consumer { runtime: Runtime::Node, packages: "three", ..PYTHON };
+
+const CONSUMERS: [Consumer; 5] = [
+    Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba", ..PYTHON },
     // Tables of anisotropic materials have 18 or 52 MB.
-    Consumer { format: "rgl-bsdf", script: "mitsuba_table", packages: "mitsuba", genomes: "10" },
-    Consumer { format: "hlsl", script: "slang", packages: "slangpy", genomes: "40" },
+    Consumer {
+        format: "rgl-bsdf",
+        script: "mitsuba_table",
+        packages: "mitsuba",
+        genomes: "10",
+        ..PYTHON
+    },
+    Consumer { format: "hlsl", script: "slang", packages: "slangpy", ..PYTHON },
+    Consumer { format: "three-page", script: "three_page", ..THREE },
+    Consumer { format: "three-tsl", script: "three_tsl", ..THREE },
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to
@@ -64,14 +90,10 @@ impl Consumer {
         write.args(["bench", "consumer", "--format", self.format, "--genomes", self.genomes]);
         write.arg("--output").arg(&files);
         shell::run(&mut write)?;
-        let mut python = Python::at(&folder.join(self.packages));
-        python.prepare()?;
-        python.install(&script(&format!("{}.txt", self.packages)))?;
-        if self.packages == "mitsuba" {
-            python.find_llvm()?;
-        }
-        let mut read = python.command();
-        read.arg(script(&format!("{}.py", self.script))).arg(&files);
+        let mut read = match self.runtime {
+            Runtime::Python => self.python(folder, &files)?,
+            Runtime::Node => self.node(folder, &files)?,
+        };
         let lines = Mutex::new(Vec::new());
         let outcome = shell::run_watched(&mut read, |line| {
             lines.lock().expect("no reader of the output panics").push(line.to_owned());
@@ -83,6 +105,37 @@ impl Consumer {
         std::fs::write(&record, results.join("\n") + "\n").context("write the record")?;
         outcome?;
         serde_json::from_str(&last).context("parse the summary of the script")
+    }
+
+    /// Installs the packages of a Python script, and returns the command that runs it.
+    fn python(&self, folder: &Path, files: &Path) -> Result<Command> {
+        let mut python = Python::at(&folder.join(self.packages));
+        python.prepare()?;
+        python.install(&script(&format!("{}.txt", self.packages)))?;
+        if self.packages == "mitsuba" {
+            python.find_llvm()?;
+        }
+        let mut read = python.command();
+        read.arg(script(&format!("{}.py", self.script))).arg(files);
+        Ok(read)
+    }
+
+    /// Installs the packages of a Node script, and returns the command that runs it.
+    fn node(&self, folder: &Path, files: &Path) -> Result<Command> {
+        let packages = folder.join(self.packages);
+        std::fs::create_dir_all(&packages).context("make the folder of npm packages")?;
+        for list in ["package.json", "package-lock.json"] {
+            std::fs::copy(script(self.packages).join(list), packages.join(list))
+                .with_context(|| format!("copy {list}"))?;
+        }
+        prerequisite::install_npm_packages(&packages)?;
+        prerequisite::install_browser_driver()?;
+        let mut read = shell::command("node");
+        if let Some(browser) = Prerequisites::find().chromium {
+            read.env("CHROMIUM", browser);
+        }
+        read.arg(script(&format!("{}.mjs", self.script))).arg(files).arg(&packages);
+        Ok(read)
     }
 }
 
