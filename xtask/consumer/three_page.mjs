@@ -9,16 +9,20 @@
 // - sphere_error: the sphere in the page's own view, against f cos at the places where rays meet a
 //   true sphere: the mesh, its normals, tangents and texture positions. Most of it is the mesh.
 //
-// Then the picture on the screen is compared with the sRGB code of the floats.
+// Then the picture on the screen is compared with the sRGB code of the floats. With the first page,
+// controls, keys and accessibility are checked too.
+
+import { strict as assert } from "node:assert";
 
 import {
-  ORIGIN, boundOf, drawnPairs, errorOf, errorOfPixels, openPage, readCases, run, start, version,
+  AXE, ORIGIN, boundOf, drawnPairs, errorOf, errorOfPixels, openPage, readCases, run, start,
+  version,
 } from "./three_shared.mjs";
 
 /** Bounds of the functions, and with the page's arithmetic of a light. */
 const VALUE_BOUND = { error: 1e-5, ratio: 2 };
 const DRAWN_BOUND = { error: 1e-5, ratio: 16 };
-/** Largest median of the relative error of pixels of the sphere: narrow highlights show the mesh. */
+/** Largest median of the relative error of pixels of the sphere, most of it of the mesh. */
 const SPHERE_MEDIAN = 0.04;
 /**
  * Largest median of the difference of codes on the screen. Fine patterns differ more, because the
@@ -183,6 +187,40 @@ function drawView() {
   };
 }
 
+/** Keys and controls of a page, also of a narrow one. */
+async function checkControls(page) {
+  const circle = page.locator("#circle");
+  const turn = () => page.locator("#azimuth").inputValue();
+  const eye = () => page.evaluate(() => globalThis.view.camera.position.toArray());
+  const before = await turn();
+  await page.keyboard.press("Space");
+  await page.waitForFunction((it) => document.getElementById("azimuth").value !== it, before);
+  assert.equal(await circle.textContent(), "Stop light");
+  await circle.press("Space");
+  await page.waitForFunction(() => document.getElementById("circle").textContent === "Start light");
+  const first = await eye();
+  await page.locator("#canvas").press("ArrowRight");
+  const turned = await eye();
+  assert.notDeepEqual(turned, first);
+  await page.locator("#canvas").press("+");
+  assert.ok(Math.hypot(...await eye()) < Math.hypot(...turned));
+  await page.locator("#canvas").press("-");
+  await page.locator("#canvas").press("ArrowLeft");
+  for (const mesh of ["knot", "ring", "capsule", "sphere"]) {
+    await page.locator("#mesh").selectOption(mesh);
+    const hasTangents = await page.evaluate(() =>
+      globalThis.view.mesh.geometry.getAttribute("tangent").array.every(Number.isFinite));
+    assert.ok(hasTangents, mesh);
+  }
+  const size = page.viewportSize();
+  await page.setViewportSize({ width: 320, height: 640 });
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth), 320);
+  await page.setViewportSize(size);
+  await page.addScriptTag({ path: AXE });
+  const { violations } = await page.evaluate(() => globalThis.axe.run());
+  assert.deepEqual(violations.map((it) => `${it.id}: ${it.nodes[0].html}`), []);
+}
+
 const listed = await readCases();
 const { browser, context } = await start();
 
@@ -193,6 +231,7 @@ async function measure(material) {
     await page.waitForFunction(() => globalThis.view || !document.getElementById("message").hidden);
     const message = await page.locator("#message").textContent();
     if (message) throw new Error(`${message} ${complaints.join("; ")}`);
+    if (material === listed.cases[0]) await checkControls(page);
     await page.evaluate(`globalThis.tools = (${prepare})()`);
     const values = await page.evaluate((pairs) => globalThis.tools.f(pairs), listed.pairs);
     const shown = await page.evaluate(drawView);

@@ -6,7 +6,10 @@ import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
 import { extname, join, resolve } from "node:path";
 
-const { chromium } = createRequire(new URL("../../tests/browser/", import.meta.url))("playwright-core");
+const browserTools = createRequire(new URL("../../tests/browser/", import.meta.url));
+const { chromium } = browserTools("playwright-core");
+/** Script of the accessibility checker. */
+export const AXE = browserTools.resolve("axe-core/axe.min.js");
 
 /** Origin of the files; requests to it never leave the browser. */
 export const ORIGIN = "https://exports.test";

@@ -111,6 +111,39 @@ fn exports_are_accepted_by_the_reference_compiler() {
     );
 }
 
+/// Text between two others.
+fn between<'a>(text: &'a str, start: &str, end: &str) -> &'a str {
+    let (_, rest) = text.split_once(start).unwrap();
+    rest.split_once(end).unwrap().0
+}
+
+#[test]
+fn code_for_three_js_is_accepted_by_the_reference_compiler() {
+    let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
+        return;
+    };
+    let bumped = "brood 1\n.model cook-torrance\n.bump strength -2\n.bump SPL R0, R0.x\n";
+    let bumped = Program::lower(&bumped.parse::<Genome>().unwrap());
+    for program in programs().iter().chain([&bumped]) {
+        let text =
+            |format| export_material(program, format, Within::default()).unwrap().into_text();
+        let (page, module) = (text(Format::ThreePage), text(Format::ThreeTsl));
+        for code in [
+            between(&page, "id=\"evolved\">", "</script>"),
+            between(&module, "const GLSL = `", "`;"),
+        ] {
+            let source = format!(
+                "#version 300 es\nprecision highp float;\n{code}\nout vec4 color;\nvoid main() {{\n  \
+                 color = vec4(reflected(vec3(0.0, 0.6, 0.8), vec3(0.6, 0.0, 0.8), vec3(0.0, 0.0, 1.0), \
+                 vec3(1.0, 0.0, 0.0), 1.0, gl_FragCoord.xy), 1.0);\n}}\n"
+            );
+            if let Some(said) = refusal(&compiler, &[], &source) {
+                panic!("{said}\n{source}");
+            }
+        }
+    }
+}
+
 #[test]
 fn hlsl_is_accepted_by_the_reference_compiler() {
     let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
