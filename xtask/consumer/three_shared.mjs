@@ -111,9 +111,10 @@ export function errorOfPixels(found, wanted) {
 
 /**
  * Bound of a material's mean |df cos| / mean f cos: the larger of `error`, and of `ratio` times the
- * change by rounding directions and texture positions to numbers of 32 bits.
+ * change by rounding directions and texture positions to numbers of 32 bits; at most `most`.
  */
-export const boundOf = (material, { error, ratio }) => Math.max(error, ratio * material.rounding);
+export const boundOf = (material, { error, ratio, most = Infinity }) =>
+  Math.min(most, Math.max(error, ratio * material.rounding));
 
 const medianOf = (values) => values.toSorted((a, b) => a - b)[Math.floor(values.length / 2)];
 

@@ -18,7 +18,7 @@ import {
 /** Bound with three's arithmetic of lights, which is in the space of the eye. */
 const BOUND = { error: 2e-5, ratio: 32 };
 /** Bound without tangents: changes between pixels are rounded more. */
-const DERIVED_BOUND = { error: 2e-3, ratio: 3000 };
+const DERIVED_BOUND = { error: 2e-3, ratio: 3000, most: 0.2 };
 /** Pairs without tangents. */
 const DERIVED = { count: 32, cosine: 0.3 };
 
