@@ -15,8 +15,8 @@ export interface components {
             /** @description Names of presets. */
             presets?: string[];
         };
-        /** @description Response of `GET /v1/jobs/{id}`: a search or a render job. */
-        AnyJob: components["schemas"]["SearchAnswer"] | components["schemas"]["JobAnswer"];
+        /** @description Response of `GET /v1/jobs/{id}`: a search, an export or a render job. */
+        AnyJob: components["schemas"]["SearchAnswer"] | components["schemas"]["ExportAnswer"] | components["schemas"]["JobAnswer"];
         /**
          * @description Backdrop behind the object; without one, pictures are transparent there. Linear pictures stay
          *     transparent: their radiance is that of the object.
@@ -229,6 +229,21 @@ export interface components {
              */
             size_px: number;
         };
+        /** @description Body of `POST /v1/exports`. Exactly one of `individuals`, `generation` and `job` must be given. */
+        CreateExport: {
+            /**
+             * @description True to apply the energy limit to exports; default: true for formats that path tracers read,
+             *     as in the genome for others.
+             */
+            energy_limit?: boolean | null;
+            /** @description Formats: `brood`, `png`, `exr`, and names from `GET /v1/exports`. */
+            formats: string[];
+            generation?: components["schemas"]["GenerationId"] | null;
+            /** @description Individuals to export, at most 256. */
+            individuals?: components["schemas"]["IndividualId"][] | null;
+            job?: components["schemas"]["JobId"] | null;
+            size?: components["schemas"]["PictureSize"] | null;
+        };
         /** @description Body of `POST /v1/lineages`. */
         CreateLineage: {
             /** @description Dialect: restricts the programs of all genomes in the lineage. Default: that of the start. */
@@ -421,6 +436,61 @@ export interface components {
             /** @description Mean radiance in pixel values, red, green and blue. */
             radiance: number[];
         };
+        /** @description Export that is made as a job. */
+        ExportAnswer: {
+            /** @description Path of the archive, once the job has succeeded. */
+            archive?: string | null;
+            /**
+             * Format: int64
+             * @description Size of the made files in bytes, before compression.
+             */
+            bytes: number;
+            /**
+             * Format: int64
+             * @description Creation time, in milliseconds since 1970-01-01 UTC.
+             */
+            created_ms: number;
+            /**
+             * Format: int64
+             * @description Time of the end, in milliseconds since 1970-01-01 UTC.
+             */
+            ended_ms?: number | null;
+            /**
+             * Format: int64
+             * @description Time at which the job and its files are deleted, in milliseconds since 1970-01-01 UTC;
+             *     earlier if later exports need the space. Null until the job has ended.
+             */
+            expires_ms?: number | null;
+            /**
+             * Format: int32
+             * @description Number of files that workers make; pictures, which are made while the archive is sent, and
+             *     the manifest are not counted.
+             */
+            files: number;
+            /** @description Id of the job. */
+            id: components["schemas"]["JobId"];
+            /** @description Always `export`. */
+            kind: components["schemas"]["ExportKind"];
+            /**
+             * Format: int32
+             * @description Number of those that are made.
+             */
+            made: number;
+            /**
+             * Format: double
+             * @description Share of the files that are made, 0 to 1.
+             */
+            progress: number;
+            /** @description Reason of a failure. `worker_lost`: its workers died repeatedly. */
+            reason?: string | null;
+            /**
+             * Format: int64
+             * @description Time of the first lease, in milliseconds since 1970-01-01 UTC.
+             */
+            started_ms?: number | null;
+            /** @description State of the job. */
+            state: components["schemas"]["JobStatus"];
+        };
         /** @description Export format. */
         ExportFormat: {
             /** @description True if only BRDFs can be exported in the format. */
@@ -452,6 +522,11 @@ export interface components {
             /** @description True if path tracers read the format, so that the energy limit is applied by default. */
             path_traced: boolean;
         };
+        /**
+         * @description `kind` of an export.
+         * @enum {string}
+         */
+        ExportKind: "export";
         /** @description Measured from the picture, or a fixed number of EV. */
         Exposure: "auto" | number;
         /** @description One brood. */
@@ -823,10 +898,10 @@ export interface components {
          */
         JobId: string;
         /**
-         * @description State of a render job.
+         * @description State of a render job or an export.
          * @enum {string}
          */
-        JobStatus: "queued" | "running" | "succeeded" | "failed";
+        JobStatus: "queued" | "running" | "succeeded" | "failed" | "cancelled";
         /** @description Durations of a job. */
         JobTimes: {
             /**
@@ -2290,6 +2365,7 @@ export type Camera = components['schemas']['Camera'];
 export type ClipCode = components['schemas']['ClipCode'];
 export type Compared = components['schemas']['Compared'];
 export type Comparison = components['schemas']['Comparison'];
+export type CreateExport = components['schemas']['CreateExport'];
 export type CreateLineage = components['schemas']['CreateLineage'];
 export type CreateSearch = components['schemas']['CreateSearch'];
 export type Curation = components['schemas']['Curation'];
@@ -2299,7 +2375,9 @@ export type DialectConstraints = components['schemas']['DialectConstraints'];
 export type Difference = components['schemas']['Difference'];
 export type Energy = components['schemas']['Energy'];
 export type EnvironmentMean = components['schemas']['EnvironmentMean'];
+export type ExportAnswer = components['schemas']['ExportAnswer'];
 export type ExportFormat = components['schemas']['ExportFormat'];
+export type ExportKind = components['schemas']['ExportKind'];
 export type Exposure = components['schemas']['Exposure'];
 export type FileGeneration = components['schemas']['FileGeneration'];
 export type FileIndividual = components['schemas']['FileIndividual'];

@@ -1,7 +1,6 @@
 //! Exports for other renderers.
 
-use brood_eval::express;
-use brood_export::{Exported, Format, Within, export_material, is_limited};
+use brood_export::{Exported, Format, Within, export_genome};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -26,9 +25,8 @@ pub(crate) fn export<'py>(
     let material = material.get();
     let format: Format = format.parse().map_err(value_error)?;
     let exported = threads::run(py, None, || {
-        let genome = material.genome();
-        let program = express(&genome.clone().with_limit(is_limited(format, limit, genome)));
-        export_material(&program, format, Within { lights, ..Within::default() })
+        let within = Within { lights, ..Within::default() };
+        export_genome(material.genome(), format, limit, within)
     })?;
     let Exported { bytes, note } = exported.map_err(value_error)?;
     Ok((PyBytes::new(py, &bytes), note))

@@ -32,6 +32,9 @@ pub enum ServerError {
     /// The picture cache cannot be opened.
     #[error("cannot open the picture cache: {0}")]
     Cache(std::io::Error),
+    /// The folder of exports cannot be opened.
+    #[error("cannot open the folder of exports: {0}")]
+    Exports(std::io::Error),
     /// The system has no random bytes.
     #[error("the system has no random bytes")]
     Random,

@@ -28,6 +28,7 @@ mod controller;
 mod dispatch;
 mod error;
 mod event;
+mod export_folder;
 mod extract;
 mod host_name;
 mod idempotency;

@@ -338,7 +338,8 @@ impl Library {
         sources.extend(scene.ground.iter().map(|_| MeshSource::Builtin));
         let mut objects = Vec::with_capacity(sources.len());
         for ((name, pointer), mesh) in scene.materials().zip(sources) {
-            let program = self.program_of(name).await.map_err(|error| error.at(pointer))?;
+            let material = self.material_of(name).await.map_err(|error| error.at(pointer))?;
+            let program = &material.program;
             if program.is_painted() {
                 check_painted_lights(scene.lights.len()).map_err(|error| error.at("/lights"))?;
             }
@@ -347,14 +348,18 @@ impl Library {
         Ok((mesh, objects))
     }
 
-    /// Returns the program of an object's material: a preset, a stored genome, or neutral grey.
+    /// Returns the material of an object: a preset, a stored genome, or neutral grey.
     ///
     /// # Errors
     /// 422 or 404 if there is no such preset or genome.
-    pub async fn program_of(&self, name: Option<&str>) -> Result<Program, ApiError> {
-        let Some(name) = name else { return Ok(express(neutral())) };
+    pub async fn material_of(&self, name: Option<&str>) -> Result<Arc<Material>, ApiError> {
+        let of = |genome: &Genome| {
+            let (genome, program) = (genome.clone(), express(genome));
+            Ok(Arc::new(Material { genome, program }))
+        };
+        let Some(name) = name else { return of(neutral()) };
         if let Some(preset) = Preset::find(name) {
-            return Ok(express(preset.genome()));
+            return of(preset.genome());
         }
         let hash: GenomeHash = name.parse().map_err(|_| {
             let words = format!(
@@ -363,7 +368,7 @@ impl Library {
             );
             ApiError::refused(words)
         })?;
-        Ok(self.material(hash).await?.program.clone())
+        self.material(hash).await
     }
 
     /// Returns the source of a scene's mesh.

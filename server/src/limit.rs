@@ -86,12 +86,22 @@ pub const SHEET_CELLS: usize = 256;
 pub const CIRCLE_FRAMES: u32 = 120;
 /// Most pixels of an animation or strip, over all pictures.
 pub const CIRCLE_PIXELS: u64 = 1 << 25;
-/// Most individuals of an archive.
-pub const ARCHIVE_INDIVIDUALS: usize = 128;
+/// Most individuals of an archive; the largest brood fits.
+pub const ARCHIVE_INDIVIDUALS: usize = CHILDREN as usize;
 /// Most pixels of an archive, over all pictures.
 pub const ARCHIVE_PIXELS: u64 = 1 << 25;
 /// Most binary tables of an archive, each of 1 to 52 MB.
 pub const ARCHIVE_TABLES: usize = 16;
+/// Most binary tables of an export that is made as a job.
+pub const EXPORT_TABLES: usize = 256;
+/// Most queued exports.
+pub const QUEUED_EXPORTS: u32 = 50;
+/// Most bytes of the files of all exports on disk.
+pub const EXPORTS_BYTES: u64 = 8 << 30;
+/// Time for which an export that has ended is kept.
+pub const EXPORT_TTL: Duration = Duration::from_secs(24 * 3600);
+/// Largest report of an export in bytes: one file.
+pub const EXPORT_REPORT_BYTES: usize = 128 << 20;
 /// Most queued render jobs.
 pub const QUEUED_JOBS: u64 = 1000;
 /// Most calls waiting for a processor.
@@ -192,6 +202,11 @@ pub fn report() -> BTreeMap<String, u64> {
         ("circle_pixels", CIRCLE_PIXELS),
         ("archive_individuals", ARCHIVE_INDIVIDUALS as u64),
         ("archive_pixels", ARCHIVE_PIXELS),
+        ("archive_tables", ARCHIVE_TABLES as u64),
+        ("export_tables", EXPORT_TABLES as u64),
+        ("queued_exports", u64::from(QUEUED_EXPORTS)),
+        ("exports_bytes", EXPORTS_BYTES),
+        ("export_kept_seconds", seconds(EXPORT_TTL)),
         ("queued_jobs", QUEUED_JOBS),
         ("connections", CONNECTIONS as u64),
         ("event_streams", EVENT_STREAMS as u64),

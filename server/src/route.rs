@@ -86,10 +86,11 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(thumbnail::get))
         .routes(routes!(genome::create))
         .routes(routes!(genome::get))
-        .routes(routes!(export::formats))
+        .routes(routes!(export::formats, archive::job::create))
         .routes(routes!(export::print, export::of_material))
         .routes(routes!(export::get))
         .routes(routes!(archive::get))
+        .routes(routes!(archive::job::archive))
         .routes(routes!(model::list))
         .routes(routes!(mesh::create))
         .routes(routes!(mesh::get))
@@ -126,6 +127,10 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(lease::search::report))
         .routes(routes!(lease::search::release))
         .routes(routes!(lease::download::target))
+        .routes(routes!(lease::export::claim))
+        .routes(routes!(lease::export::heartbeat))
+        .routes(routes!(lease::export::report))
+        .routes(routes!(lease::export::release))
         .routes(routes!(lease::render::claim))
         .routes(routes!(lease::render::heartbeat))
         .routes(routes!(lease::render::results))
@@ -273,6 +278,7 @@ mod tests {
         };
         assert_eq!(kind("SearchAnswer"), serde_json::json!(["fit"]));
         assert_eq!(kind("JobAnswer"), serde_json::json!(["render"]));
+        assert_eq!(kind("ExportAnswer"), serde_json::json!(["export"]));
     }
 
     #[test]

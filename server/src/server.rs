@@ -18,9 +18,12 @@ use crate::access::Access;
 use crate::breeding::Breeding;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
-use crate::dispatch::{History, Jobs, LeaseEnd, PictureService, Searches, Workers, end_leases};
+use crate::dispatch::{
+    Exports, History, Jobs, LeaseEnd, PictureService, Searches, Workers, end_leases,
+};
 use crate::error::ServerError;
 use crate::event::Events;
+use crate::export_folder::ExportFolder;
 use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
 use crate::library::Library;
@@ -80,6 +83,15 @@ impl Server {
                 "requeued searches of the last run; they continue from their checkpoints"
             );
         }
+        let requeued = store.requeue_all_exports().await?;
+        if requeued > 0 {
+            tracing::info!(requeued, "requeued exports of the last run; made files are kept");
+        }
+        let known = store.exports().await?.into_iter().map(|export| export.id).collect();
+        let root = config.data.join("exports");
+        let opened = tokio::task::spawn_blocking(move || ExportFolder::open(root, &known)).await;
+        let folder = opened.map_err(std::io::Error::other).and_then(|folder| folder);
+        let folder = folder.map_err(ServerError::Exports)?;
         let (root, bytes) = (config.data.join("cache"), config.cache_mib.saturating_mul(1 << 20));
         let opened = tokio::task::spawn_blocking(move || DiskCache::open(&root, bytes)).await;
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);
@@ -114,6 +126,15 @@ impl Server {
             events: events.clone(),
             metrics: metrics.clone(),
         });
+        let exports = Arc::new(Exports {
+            store: store.clone(),
+            jobs: Jobs::new(&tasks, &stopping),
+            library: library.clone(),
+            folder,
+            events: events.clone(),
+            space: tokio::sync::Mutex::new(()),
+            most_bytes: limit::EXPORTS_BYTES,
+        });
         let app = Arc::new(AppState {
             access: Access::new(loopback)?,
             hosts,
@@ -123,6 +144,7 @@ impl Server {
             store,
             pictures,
             searches,
+            exports,
             workers: Workers::default(),
             events,
             ledger,
@@ -216,6 +238,7 @@ impl WorkerReaper {
 async fn end_all_leases(app: &App, end: LeaseEnd<'_>) {
     end_leases(&*app.pictures, end).await;
     end_leases(&*app.searches, end).await;
+    end_leases(&*app.exports, end).await;
 }
 
 /// Runs the periodic maintenance.
@@ -237,6 +260,10 @@ async fn run_maintenance(app: App) {
             _ = prune.tick() => {
                 if let Err(error) = app.store.prune_idempotency(now_ms() - IDEMPOTENCY_TTL_MS).await {
                     tracing::warn!(%error, "cannot delete old idempotency records");
+                }
+                if let Err(error) = app.exports.prune().await {
+                    let reason = &error.problem().detail;
+                    tracing::warn!(reason, "cannot delete old exports");
                 }
             }
         }

@@ -10,7 +10,7 @@ use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
 use crate::breeding::Breeding;
-use crate::dispatch::{PictureService, Searches, Workers};
+use crate::dispatch::{Exports, PictureService, Searches, Workers};
 use crate::event::Events;
 use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
@@ -39,6 +39,8 @@ pub struct AppState {
     pub pictures: Arc<PictureService>,
     /// Searches.
     pub searches: Arc<Searches>,
+    /// Exports that are made as jobs.
+    pub exports: Arc<Exports>,
     /// Workers heard from recently.
     pub workers: Workers,
     /// Event streams of lineages and searches.

@@ -33,6 +33,9 @@ async fn individual_is_exported_in_every_listed_format() {
         let dash = if extension == "py" { '_' } else { '-' };
         let file = format!("brood{dash}{}.{extension}", &hash[..8]);
         assert!(answer.header("content-disposition").contains(&file));
+        let is_table = format["exactness"] == "table";
+        assert_eq!(answer.headers.contains_key("brood-note"), is_table, "{format}");
+        assert!(!is_table || answer.header("brood-note").contains("mirror direction"), "{format}");
         let etag = answer.header("etag").to_owned();
         if !text_of(&format["media_type"]).contains("octet-stream") && name != "samples-csv" {
             let text = answer.text();
@@ -129,11 +132,21 @@ async fn formats_for_path_tracers_have_the_energy_limit_unless_it_is_off() {
     };
     let limited = post("").await;
     assert!(limited.contains("It reflects at most 1.0000 of the light"), "{limited}");
-    let raw = post("?energy_limit=false").await;
+    // The same material of an object.
+    let stored = server.post_bytes("/v1/genomes", "text/x-brood", bright).await.expect(201).json();
+    let object = async |query: &str| {
+        let path = format!("{path}?material={}{query}", text_of(&stored["hash"]));
+        server.get(&path).await.expect(200).text()
+    };
+    assert_eq!(object("").await, limited);
+    assert_eq!(object("&energy_limit=true").await, limited);
+    let raw = object("&energy_limit=false").await;
+    assert_eq!(raw, post("?energy_limit=false").await);
     assert!(raw.contains("times the light that it receives: the energy limit is off."), "{raw}");
     let lambert = "brood 1\n.model lambert\n";
     let merl = server.post_bytes("/v1/exports/merl", "text/x-brood", lambert).await.expect(200);
     assert_eq!(merl.body.len(), 34_992_012, "the size of MERL's files");
+    assert!(merl.header("brood-note").contains("error of the table"), "{:?}", merl.headers);
     let painted = server.post_bytes(path, "text/x-brood", TOON).await;
     let problem = painted.problem(422);
     assert!(text_of(&problem["detail"]).contains("is a format of BRDFs"), "{problem}");

@@ -21,6 +21,7 @@ mod energy;
 mod event;
 mod evolve;
 mod export;
+mod export_job;
 mod far;
 mod fit;
 mod fit_image;

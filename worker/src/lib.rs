@@ -1,8 +1,9 @@
-//! Worker: leases render jobs and searches from a server, runs them and reports the results.
+//! Worker: leases render jobs, searches and exports from a server, runs them and reports the results.
 //!
 //! Render jobs run on the fastest bit-exact evaluator, which is chosen by a benchmark at the start;
 //! meshes, sample sets, programs and targets are cached. [`run`] renders, [`run_searches`]
-//! searches, both through the lease protocol. [`Renderer`] also works without a server.
+//! searches, [`run_exports`] exports, all through the lease protocol. [`Renderer`] also works
+//! without a server.
 //!
 //! ```
 //! use brood_genome::{BirthKey, Dialect, Variation};
@@ -31,6 +32,7 @@ mod encoded_picture;
 mod error;
 mod evaluated_picture;
 mod evaluator;
+mod export;
 mod glass;
 mod gpu;
 mod gpu_benchmark;
@@ -61,6 +63,7 @@ mod lease_tests;
 mod renderer_tests;
 
 pub use error::RenderError;
+pub use export::run_exports;
 pub use lease::WorkerError;
 pub use render_worker::{WorkerConfig, run};
 pub use renderer::Renderer;

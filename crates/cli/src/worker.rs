@@ -1,4 +1,4 @@
-//! `brood worker`: renders or searches for a server, on this machine or another.
+//! `brood worker`: renders, or searches and exports, for a server, on this machine or another.
 
 use std::io::Read;
 use std::num::NonZeroUsize;
@@ -38,7 +38,7 @@ pub struct WorkerArgs {
     /// Largest size of the cache of sample sets, meshes and files in MiB
     #[arg(long, value_name = "MIB", default_value_t = 256)]
     cache_mib: u64,
-    /// Search instead of rendering, at the lowest CPU priority
+    /// Search and export instead of rendering, at the lowest CPU priority
     #[arg(long)]
     searches: bool,
     /// Exit when stdin is closed
@@ -92,7 +92,12 @@ async fn work(args: WorkerArgs) -> Result<()> {
             name: args.name.unwrap_or_else(default_name),
             threads: args.threads,
         };
-        return Ok(brood_worker::run_searches(config, shutdown).await?);
+        // One ends with the other: only a rejected token or the shutdown ends them.
+        let (server, token, name) = (&config.server, &config.token, &config.name);
+        let (server, token, name) = (server.clone(), token.clone(), name.clone());
+        let exports = brood_worker::run_exports((&server, &token, &name), shutdown.clone());
+        tokio::try_join!(brood_worker::run_searches(config, shutdown), exports)?;
+        return Ok(());
     }
     let config = WorkerConfig {
         server: args.server,

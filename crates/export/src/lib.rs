@@ -50,6 +50,8 @@ pub use error::PrintError;
 pub use exported::Exported;
 pub use format::{Format, FormatError};
 pub use module::{export, export_within};
-pub use print::{Within, check_material, export_material, export_measured, is_limited};
+pub use print::{
+    Within, check_material, export_genome, export_material, export_measured, is_limited,
+};
 pub use sampling::SamplingTable;
 pub use table::{mean_positions, samples_csv};

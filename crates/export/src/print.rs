@@ -1,6 +1,7 @@
 //! Any export of any material: chooses the printer, and refuses what a format cannot carry.
 
 use brood_brdf::{Brdf, Input};
+use brood_eval::express;
 use brood_genome::{Genome, RANGE};
 use brood_program::{Meaning, Program};
 
@@ -55,6 +56,20 @@ pub fn export_material(
         _ if is_brdf => Ok(export_within(program, format, within.uv).into()),
         _ => Ok(style::module(program, format, (within.uv, within.lights)).into()),
     }
+}
+
+/// Returns a genome in a format, as [`export_material`], under the energy limit if [`is_limited`].
+///
+/// # Errors
+/// Returns [`PrintError`] if the format cannot carry the material.
+pub fn export_genome(
+    genome: &Genome,
+    format: Format,
+    energy_limit: Option<bool>,
+    within: Within,
+) -> Result<Exported, PrintError> {
+    let limited = is_limited(format, energy_limit, genome);
+    export_material(&express(&genome.clone().with_limit(limited)), format, within)
 }
 
 /// Checks that a format can carry a material, without exporting it where that takes long.

@@ -1,4 +1,4 @@
-//! Messages that render jobs and searches have in common: requests for a job, and tickets.
+//! Messages that all kinds of jobs have in common: requests for a job, and tickets.
 
 use std::fmt::{Debug, Display};
 use std::hash::Hash;
@@ -6,7 +6,8 @@ use std::hash::Hash;
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::{
-    JobId, LeaseGrant, LeaseId, LeaseRequest, LeaseTicket, SearchGrant, SearchRequest, SearchTicket,
+    ExportGrant, ExportRequest, ExportTicket, JobId, LeaseGrant, LeaseId, LeaseRequest,
+    LeaseTicket, SearchGrant, SearchRequest, SearchTicket,
 };
 
 /// Request of a worker for a job of one kind.
@@ -41,6 +42,11 @@ impl ClaimRequest for SearchRequest {
     const ROUTE: &'static str = SearchTicket::ROUTE;
 }
 
+impl ClaimRequest for ExportRequest {
+    type Grant = ExportGrant;
+    const ROUTE: &'static str = ExportTicket::ROUTE;
+}
+
 impl Ticket for LeaseTicket {
     type Key = LeaseId;
     const ROUTE: &'static str = "/v1/leases";
@@ -57,6 +63,19 @@ impl Ticket for LeaseTicket {
 impl Ticket for SearchTicket {
     type Key = JobId;
     const ROUTE: &'static str = "/v1/leases/searches";
+
+    fn key(&self) -> JobId {
+        self.job
+    }
+
+    fn epoch(&self) -> u64 {
+        self.epoch
+    }
+}
+
+impl Ticket for ExportTicket {
+    type Key = JobId;
+    const ROUTE: &'static str = "/v1/leases/exports";
 
     fn key(&self) -> JobId {
         self.job

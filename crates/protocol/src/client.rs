@@ -10,7 +10,8 @@ use crate::lease::{
     CONTENT_TYPE, LeaseResults, LeaseTicket, WireError, decode, decode_stored, encode,
 };
 use crate::{
-    ClaimRequest, Directive, LightAssetFile, SearchReport, SearchTicket, TargetBytes, Ticket,
+    ClaimRequest, Directive, ExportReport, ExportTicket, LightAssetFile, SearchReport,
+    SearchTicket, TargetBytes, Ticket,
 };
 
 /// Environment variable with the token of a worker or a client.
@@ -126,6 +127,16 @@ impl WorkerClient {
     /// fails.
     pub async fn report(&self, report: &SearchReport) -> Result<Directive, ClientError> {
         let path = format!("{}/{}/report", SearchTicket::ROUTE, report.ticket.job);
+        read(self.send(Method::POST, &path, Some(report)).await?).await
+    }
+
+    /// Reports a file or the end of an export.
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Stale`] if the lease is no longer valid; other variants if the call
+    /// fails.
+    pub async fn report_export(&self, report: &ExportReport) -> Result<Directive, ClientError> {
+        let path = format!("{}/{}/report", ExportTicket::ROUTE, report.ticket.job);
         read(self.send(Method::POST, &path, Some(report)).await?).await
     }
 

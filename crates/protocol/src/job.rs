@@ -5,18 +5,30 @@ use serde::{Deserialize, Serialize};
 use crate::schema::RenderKind;
 use crate::{JobId, RenderStats};
 
-/// State of a render job.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, utoipa::ToSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum JobStatus {
-    /// Waiting for a worker.
-    Queued,
-    /// Leased to a worker.
-    Running,
-    /// Completed.
-    Succeeded,
-    /// Failed for good: it is not tried again.
-    Failed,
+brood_brdf::named_enum! {
+    /// State of a render job or an export.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, utoipa::ToSchema)]
+    #[serde(rename_all = "lowercase")]
+    pub enum JobStatus {
+        /// Waiting for a worker.
+        Queued => "queued",
+        /// Leased to a worker.
+        Running => "running",
+        /// Completed.
+        Succeeded => "succeeded",
+        /// Failed for good: it is not tried again.
+        Failed => "failed",
+        /// Cancelled by a user; exports only.
+        Cancelled => "cancelled",
+    }
+}
+
+impl JobStatus {
+    /// True if the job has ended for good.
+    #[must_use]
+    pub fn is_final(self) -> bool {
+        matches!(self, Self::Succeeded | Self::Failed | Self::Cancelled)
+    }
 }
 
 /// Durations of a job.

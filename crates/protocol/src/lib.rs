@@ -21,6 +21,8 @@
 mod breed;
 mod claim;
 mod client;
+mod export;
+mod export_lease;
 mod id;
 mod individual;
 mod job;
@@ -50,6 +52,10 @@ pub use breed::{Adopt, AmountError, Breed, BreedOptions, Curation, ParentRef, Pa
 pub use brood_genome::DialectConstraints;
 pub use claim::{ClaimRequest, Ticket};
 pub use client::{ClientError, TOKEN_VARIABLE, WorkerClient};
+pub use export::{CreateExport, ExportAnswer};
+pub use export_lease::{
+    ExportFile, ExportGrant, ExportReport, ExportRequest, ExportTicket, ExportUpdate,
+};
 pub use id::{
     GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId, TargetId,
 };

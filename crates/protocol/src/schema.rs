@@ -24,6 +24,13 @@ pub enum RenderKind {
     Render,
 }
 
+/// `kind` of an export.
+#[derive(ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ExportKind {
+    Export,
+}
+
 /// Scene, or the id of a stored scene.
 #[derive(ToSchema)]
 #[serde(untagged)]

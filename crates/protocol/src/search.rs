@@ -4,7 +4,7 @@ use brood_genome::GenomeHash;
 use serde::{Deserialize, Serialize};
 
 use crate::schema::FitKind;
-use crate::{IndividualId, JobAnswer, JobId, LineageId, Seed, TargetId};
+use crate::{ExportAnswer, IndividualId, JobAnswer, JobId, LineageId, Seed, TargetId};
 
 /// Body of `POST /v1/jobs`. Exactly one of `seconds`, `generations` and `evaluations` must be
 /// given.
@@ -200,12 +200,14 @@ pub struct SearchAnswer {
     pub ended_ms: Option<i64>,
 }
 
-/// Response of `GET /v1/jobs/{id}`: a search or a render job.
+/// Response of `GET /v1/jobs/{id}`: a search, an export or a render job.
 #[derive(Debug, Clone, PartialEq, Serialize, utoipa::ToSchema)]
 #[serde(untagged)]
 pub enum AnyJob {
     /// A search.
     Search(Box<SearchAnswer>),
+    /// An export.
+    Export(Box<ExportAnswer>),
     /// A render job.
     Render(Box<JobAnswer>),
 }

@@ -24,6 +24,7 @@
 
 mod connection;
 mod error;
+mod export;
 mod family;
 mod generation;
 mod genome;
@@ -50,6 +51,7 @@ mod writer;
 mod tests;
 
 pub use error::StorageError;
+pub use export::{ClaimedExport, NewExport, NewExportFile, StoredExport, StoredExportFile};
 pub use generation::{NewGeneration, NewIndividual, StoredGeneration};
 pub use genome::{NewGenome, StoredGenome};
 pub use idempotency::{Idempotency, IdempotencyLookup};

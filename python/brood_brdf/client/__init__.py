@@ -19,6 +19,7 @@ from .error import (
     BadGenome,
     BroodError,
     Conflict,
+    ExportFailed,
     Invalid,
     NotFound,
     SearchFailed,
@@ -26,6 +27,7 @@ from .error import (
     Unreachable,
 )
 from .event import AsyncEventStream, Event, EventStream
+from .export import ExportJob
 from .generation import Generation
 from .genome import ExportFormat, Model, Parameter, Preset
 from .individual import Individual
@@ -50,7 +52,9 @@ __all__ = [
     "Conflict",
     "Event",
     "EventStream",
+    "ExportFailed",
     "ExportFormat",
+    "ExportJob",
     "FoundMaterial",
     "FoundView",
     "Generation",

@@ -33,6 +33,10 @@ class SearchFailed(BroodError):
     """A search ended with the state `failed`; the text is the reason that the server gave."""
 
 
+class ExportFailed(BroodError):
+    """A job that makes a ZIP file has failed or was cancelled."""
+
+
 class ApiError(BroodError):
     """The server answered with an error.
 

@@ -269,30 +269,6 @@ def export(
     )
 
 
-def export_zip(
-    individuals: Iterable[Ref],
-    formats: Iterable[str] | None = None,
-    *,
-    size: Size | None = None,
-    energy_limit: bool | None = None,
-) -> Call[bytes]:
-    """Returns a ZIP file of several individuals in several formats.
-
-    Args:
-        individuals: At most 128 individuals.
-        formats: `brood`, `png`, `exr` and names of `export_formats`; by default `brood`, `png`.
-        size: Side of the pictures in pixels, or width and height; by default 256.
-        energy_limit: True to apply the energy limit to source code; by default as in the genome.
-    """
-    query = given(
-        individuals=",".join(map(id_of, individuals)),
-        formats=None if formats is None else ",".join(formats),
-        size=size_text(size),
-        energy_limit=energy_limit,
-    )
-    return Call("GET", "/v1/exports.zip", read_bytes, query=query)
-
-
 def sheet_of(individuals: Iterable[Ref]) -> Call[bytes]:
     """Returns a contact sheet of any individuals as PNG, each in its lineage's scene.
 

@@ -5,6 +5,7 @@ To add a route, describe it in the file of its resource, and name it here.
 
 from __future__ import annotations
 
+from . import export as _export
 from . import generation as _generation
 from . import genome as _genome
 from . import individual as _individual
@@ -55,7 +56,12 @@ class Routes:
     lit_spheres = Route(_individual.lit_spheres)
     inspection = Route(_individual.inspection)
     export = Route(_individual.export)
-    export_zip = Route(_individual.export_zip)
+    export_zip = Route(_export.export_zip)
+    export_archive = Route(_export.export_archive)
+    start_export = Route(_export.start_export)
+    export_job = Route(_export.export_job)
+    cancel_export = Route(_export.cancel_export)
+    export_file = Route(_export.export_file)
 
     store_genome = Route(_genome.store_genome)
     genome_text = Route(_genome.genome_text)

@@ -12,6 +12,7 @@ import httpx
 from .call import Call, Flow, Listing, Ref, Requester, Sender, given, id_of, path_of
 from .error import SearchFailed
 from .event import Event, Watch
+from .export import ExportJob
 from .genome import genome_json, genome_text
 from .individual import export, inspection, picture
 from .progress import Progress
@@ -78,13 +79,16 @@ def search(search: Ref) -> Call[Search]:
     return Call("GET", path_of("jobs", id_of(search)), record_of(Search))
 
 
-def job(job: Ref) -> Call[Search | RenderJob]:
-    """Returns a job: a search, or a job that renders the pictures of a brood."""
+def job(job: Ref) -> Call[Search | ExportJob | RenderJob]:
+    """Returns a job: a search, an export, or a job that renders the pictures of a brood."""
 
-    def read(answer: httpx.Response, client: Sender | None) -> Search | RenderJob:
+    def read(
+        answer: httpx.Response, client: Sender | None
+    ) -> Search | ExportJob | RenderJob:
         data = answer.json()
-        kind = RenderJob if data.get("kind") == "render" else Search
-        return kind.of(data, client)
+        kinds: dict[str, type[Search | ExportJob | RenderJob]]
+        kinds = {"render": RenderJob, "export": ExportJob}
+        return kinds.get(data.get("kind"), Search).of(data, client)
 
     return Call("GET", path_of("jobs", id_of(job)), read)
 

@@ -32,7 +32,9 @@ def test_script_breeds_towards_detail(server: BroodServer) -> None:
             kept = await client.mark(brood[0], favourite=True)
             assert [each.id async for each in client.favourites(lineage)] == [kept.id]
             archive = await client.export_zip([kept], ["brood", "wgsl"])
-            assert len(zipfile.ZipFile(io.BytesIO(archive)).namelist()) == 2
+            assert len(zipfile.ZipFile(io.BytesIO(archive)).namelist()) == 3
+            job = client.export_archive([kept], ["samples-csv"], poll_s=0.1)
+            assert len(zipfile.ZipFile(io.BytesIO(await job)).namelist()) == 2
             text = await client.genome_text(kept)
             assert (await client.render(text, SIZE_PX)).startswith(PNG)
             assert len(await client.adopt(lineage, texts=[text], presets=["gold"])) == 2

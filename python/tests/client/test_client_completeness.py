@@ -16,6 +16,7 @@ import brood_brdf.client as package
 from brood_brdf.client import Client, Lineage, Record
 from brood_brdf.client.call import Call, Listing, Route
 from brood_brdf.client.event import Watch
+from brood_brdf.client.export import Archive
 from brood_brdf.client.genome import Render
 from brood_brdf.client.lineage import Adoption
 from brood_brdf.client.routes import Routes
@@ -42,6 +43,7 @@ SAMPLES: dict[str, Any] = {
 SCHEMAS = {
     "Asset": "LightAssetAnswer",
     "ExportFormat": "ExportFormat",
+    "ExportJob": "ExportAnswer",
     "FoundMaterial": "FoundMaterial",
     "FoundView": "FoundView",
     "Generation": "Generation",
@@ -89,6 +91,9 @@ def calls(made: object) -> Iterator[Call[Any]]:
         yield made.first
     elif isinstance(made, Watch | Render):
         yield made.call
+    else:
+        elif isinstance(made, Archive):
+        yield made.begin
     else:
         assert isinstance(made, Adoption | Wait), made
 

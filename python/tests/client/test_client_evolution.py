@@ -136,9 +136,33 @@ def test_favourites_are_marked_listed_and_saved(lineage: Lineage, client: Client
     names = zipfile.ZipFile(io.BytesIO(archive)).namelist()
     assert (
         sorted(name.rsplit(".", 1)[1] for name in names)
-        == ["brood"] * 2 + ["glsl"] * 2 + ["png"] * 2
+        == ["brood"] * 2 + ["glsl"] * 2 + ["json"] + ["png"] * 2
     )
+    whole = client.export_zip(formats=["brood"], generation=brood)
+    assert len(zipfile.ZipFile(io.BytesIO(whole)).namelist()) == 4
     assert not brood[0].mark(favourite=False).favourite
+
+
+def test_brood_is_exported_by_a_job(lineage: Lineage, client: Client) -> None:
+    brood = lineage.breed(count=2, seed=1)
+    archive = client.export_archive(
+        generation=brood, formats=["rgl-bsdf", "brood", "png"], size=(32, 16), poll_s=0.1
+    )
+    file = zipfile.ZipFile(io.BytesIO(archive))
+    endings = sorted(name.rsplit(".", 1)[1] for name in file.namelist())
+    assert endings == ["brood"] * 2 + ["bsdf"] * 2 + ["json"] + ["png"] * 2
+    manifest = json.loads(file.read("manifest.json"))
+    assert [each["individual"] for each in manifest["materials"]] == [each.id for each in brood]
+    assert manifest["size"] == [32, 16]
+    job = client.start_export(list(brood), ["samples-csv"])
+    assert client.job(job) == job.refresh() and job.files == 2
+    while job.state in {"queued", "running"}:
+        job = job.refresh()
+    assert job.state == "succeeded" and job.progress == 1 and len(job.file()) > 0
+    with pytest.raises(Conflict):
+        job.cancel()
+    with pytest.raises(Invalid):
+        client.start_export(["x"], ["png"])
 
 
 def test_genome_is_read_stored_and_exported(lineage: Lineage, client: Client) -> None:

@@ -1,4 +1,4 @@
-//! Event streams of lineages and searches.
+//! Event streams of lineages, searches and exports.
 
 use std::convert::Infallible;
 use std::time::Duration;
@@ -8,6 +8,7 @@ use axum::extract::State;
 use axum::response::sse::{Event as SseEvent, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{JobId, LineageId};
+use brood_storage::StorageError;
 use http::{HeaderMap, HeaderValue, header};
 use tokio::sync::broadcast::error::RecvError;
 
@@ -38,9 +39,9 @@ pub async fn stream_events(
     stream_of(app, id.into(), &headers)
 }
 
-/// Streams a search's changes as server-sent events.
+/// Streams the changes of a search or an export as server-sent events.
 ///
-/// Events: `state`, `progress`, `best`, `resync`.
+/// Events: `state`, `progress`, `best` (of searches), `resync`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "jobs",
     params(("id" = JobId, Path), ("Last-Event-ID" = Option<String>, Header, description = "id of the last event received")),
     responses((status = 200, description = "stream of events", content_type = "text/event-stream"),
@@ -50,7 +51,9 @@ pub async fn stream_job_events(
     Path(id): Path<JobId>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    app.store.search(id).await?;
+    if matches!(app.store.search(id).await, Err(StorageError::NotFound)) {
+        app.store.export(id).await?;
+    }
     stream_of(app, id.into(), &headers)
 }
 

@@ -2,22 +2,25 @@
 
 mod exported;
 
+use std::sync::Arc;
+
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_eval::{express, limited};
-use brood_export::{Format, PrintError, Within, export_material, is_limited};
-use brood_genome::{GenomeHash, RANGE};
-use brood_program::Program;
+use brood_export::{
+    Exported, Format, PrintError, Within, export_genome, export_material, is_limited,
+};
+use brood_genome::RANGE;
 use brood_protocol::IndividualId;
-use http::{HeaderMap, HeaderValue, Request, header};
+use http::{HeaderMap, HeaderName, HeaderValue, Request, header};
 use serde::Deserialize;
 
 use self::exported::ExportedMaterial;
 use super::file::FileHead;
 use super::genome;
 use crate::extract::{Path, Query, read_upload};
+use crate::library::Material;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::processors::run_blocking;
@@ -25,6 +28,8 @@ use crate::state::App;
 
 /// Must be revalidated: the exported text depends on the program version.
 const CACHE: &str = "private, no-cache";
+/// Header with the note of a table.
+const NOTE: HeaderName = HeaderName::from_static("brood-note");
 
 /// Export format.
 #[derive(Debug, Clone, serde::Serialize, utoipa::ToSchema)]
@@ -104,6 +109,9 @@ pub struct MaterialQuery {
     /// Material as in the objects of scenes: the hash of a stored genome, or the name of a preset;
     /// default: neutral grey.
     material: Option<String>,
+    /// True to apply the energy limit; default: true for formats that path tracers read, as in the
+    /// genome for others.
+    energy_limit: Option<bool>,
     /// Largest absolute texture coordinate that the code must handle, 0 to 65504.
     uv_within: Option<f32>,
     /// Number of lights of the function of a painted material, 1 to 8; default 1.
@@ -145,20 +153,17 @@ pub async fn print(
     let types = ["application/json", genome::TEXT];
     let (content_type, bytes) = read_upload(request, &types, limit::JSON_BYTES).await?;
     let is_text = content_type.is(genome::TEXT);
-    let bytes = move || -> Result<Vec<u8>, ApiError> {
+    let made = move || -> Result<Exported, ApiError> {
         let genome = genome::parse(&bytes, is_text)?;
-        let limited = is_limited(format, query.energy_limit, &genome);
-        let program = express(&genome.with_limit(limited));
-        made(&program, format, within).map_err(refused)
+        export_genome(&genome, format, query.energy_limit, within).map_err(refused)
     };
-    let bytes = app.processors.run(bytes).await??;
+    let made = app.processors.run(made).await??;
     let content_type = (header::CONTENT_TYPE, format.media_type());
-    Ok(([content_type, (header::CACHE_CONTROL, "no-store")], bytes).into_response())
+    let headers = [content_type, (header::CACHE_CONTROL, "no-store")];
+    Ok(noted((headers, made.bytes).into_response(), made.note.as_deref()))
 }
 
 /// Returns the material of a scene's object in a format of other programs.
-///
-/// Formats that path tracers read have the energy limit.
 #[utoipa::path(get, path = "/v1/exports/{format}", operation_id = "export_scene_material", tag = "exports",
     params(("format" = String, Path, description = "name of a format from `GET /v1/exports`"), MaterialQuery),
     responses(ExportedMaterial, (status = 304)))]
@@ -169,14 +174,9 @@ pub async fn of_material(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let (format, within) = (parse_format(&format)?, within(query.uv_within, query.lights)?);
-    let program = app.library.program_of(query.material.as_deref()).await?;
-    let print = move || match format.is_for_path_tracers() {
-        true => made(&limited(program), format, within),
-        false => made(&program, format, within),
-    };
-    let (bytes, etag) = app.processors.run(move || print().map(tagged)).await?.map_err(refused)?;
-    let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
-    Ok(head.answer(&headers, bytes))
+    let material = app.library.material_of(query.material.as_deref()).await?;
+    let made = exported(&app, material, format, query.energy_limit, within).await?;
+    answer(&headers, format, made).await
 }
 
 /// Returns an individual in a format of other programs.
@@ -192,11 +192,9 @@ pub async fn get(
 ) -> Result<Response, ApiError> {
     let (format, within) = (parse_format(&format)?, query.within()?);
     let individual = app.store.individual(id).await?;
-    let bytes = bytes(&app, individual.hash, format, query.energy_limit, within).await?;
-    // Tables have up to 52 MB.
-    let (bytes, etag) = run_blocking(move || tagged(bytes)).await?;
-    let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
-    let mut response = head.answer(&headers, bytes);
+    let material = app.library.material(individual.hash).await?;
+    let made = exported(&app, material, format, query.energy_limit, within).await?;
+    let mut response = answer(&headers, format, made).await?;
     let hash = individual.hash.to_string();
     let name = format.file_name(&format!("brood-{}", &hash[..8]));
     let name = format!("attachment; filename=\"{name}\"");
@@ -206,42 +204,49 @@ pub async fn get(
     Ok(response)
 }
 
-/// Returns a stored genome in a format.
+/// Returns a material in a format.
 ///
 /// # Errors
-/// [`ApiError`] if the genome cannot be read, or the format cannot carry it.
-pub(super) async fn bytes(
+/// [`ApiError`] if the format cannot carry the material.
+pub(super) async fn exported(
     app: &App,
-    hash: GenomeHash,
+    material: Arc<Material>,
     format: Format,
     energy_limit: Option<bool>,
     within: Within,
-) -> Result<Vec<u8>, ApiError> {
-    let material = app.library.material(hash).await?;
+) -> Result<Exported, ApiError> {
     let limited = is_limited(format, energy_limit, &material.genome);
     let is_as_bred = limited == material.genome.is_limited();
     let is_fast = !format.is_for_path_tracers() && !format.is_table();
     if is_as_bred && material.program.layers().is_empty() && is_fast {
-        return made(&material.program, format, within).map_err(refused);
+        return export_material(&material.program, format, within).map_err(refused);
     }
     // The limit needs a numeric search, models with tables take milliseconds to prepare, and
     // formats for path tracers and tables sample the material.
-    let bytes = move || {
-        if is_as_bred {
-            return made(&material.program, format, within);
-        }
-        let program = express(&material.genome.clone().with_limit(limited));
-        made(&program, format, within)
+    let made = move || match is_as_bred {
+        true => export_material(&material.program, format, within),
+        false => export_genome(&material.genome, format, Some(limited), within),
     };
-    app.processors.run(bytes).await?.map_err(refused)
+    app.processors.run(made).await?.map_err(refused)
 }
 
-/// The file and its ETag.
-fn tagged(bytes: Vec<u8>) -> (Vec<u8>, String) {
-    let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
-    (bytes, etag)
+/// Returns the file, or 304 if the client has it.
+async fn answer(headers: &HeaderMap, format: Format, made: Exported) -> Result<Response, ApiError> {
+    let Exported { bytes, note } = made;
+    // Tables have up to 52 MB.
+    let (bytes, etag) = run_blocking(move || {
+        let etag = format!("\"{}\"", blake3::hash(&bytes).to_hex());
+        (bytes, etag)
+    })
+    .await?;
+    let head = FileHead { etag, content_type: format.media_type(), cache: CACHE };
+    Ok(noted(head.answer(headers, bytes), note.as_deref()))
 }
 
-fn made(program: &Program, format: Format, within: Within) -> Result<Vec<u8>, PrintError> {
-    export_material(program, format, within).map(|exported| exported.bytes)
+/// Adds what is to be said of a made table. Notes are ASCII.
+fn noted(mut response: Response, note: Option<&str>) -> Response {
+    if let Some(note) = note.and_then(|note| HeaderValue::from_str(note).ok()) {
+        response.headers_mut().insert(NOTE, note);
+    }
+    response
 }

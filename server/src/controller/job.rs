@@ -1,20 +1,21 @@
-//! Jobs: state and cost of searches and render jobs.
+//! Jobs: state and cost of searches, exports and render jobs.
 
 use axum::Json;
 use axum::extract::State;
-use brood_protocol::{AnyJob, JobAnswer, JobId, JobStatus};
+use brood_protocol::{AnyJob, ExportAnswer, JobAnswer, JobId, JobStatus};
 use brood_storage::{JobState, StorageError};
 
+use crate::dispatch::export_json;
 use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// Returns a job: a search, or a render job of a brood's pictures.
+/// Returns a job: a search, an export, or a render job of a brood's pictures.
 ///
 /// Finished render jobs are kept for a limited time and not across a restart.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs",
     params(("id" = JobId, Path)),
-    responses((status = 200, description = "search or render job", body = AnyJob)))]
+    responses((status = 200, description = "search, export or render job", body = AnyJob)))]
 pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<AnyJob>, ApiError> {
     match app.store.search(id).await {
         Ok(search) => {
@@ -22,9 +23,20 @@ pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<A
             Ok(Json(AnyJob::Search(Box::new(answer))))
         }
         Err(StorageError::NotFound) => {
+            if let Some(answer) = export(&app, id).await? {
+                return Ok(Json(AnyJob::Export(Box::new(answer))));
+            }
             let answer = render_job(&app, id).await?;
             Ok(Json(AnyJob::Render(Box::new(answer))))
         }
+        Err(error) => Err(error.into()),
+    }
+}
+
+async fn export(app: &App, id: JobId) -> Result<Option<ExportAnswer>, ApiError> {
+    match app.store.export(id).await {
+        Ok(export) => Ok(Some(export_json(export))),
+        Err(StorageError::NotFound) => Ok(None),
         Err(error) => Err(error.into()),
     }
 }

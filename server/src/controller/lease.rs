@@ -1,7 +1,8 @@
 //! Routes for brood's own workers: leases, heartbeats, results and downloads, as binary messages.
-//! This module has what the routes of render jobs and searches share.
+//! This module has what the routes of all kinds of jobs share.
 
 pub mod download;
+pub mod export;
 pub mod render;
 pub mod search;
 

@@ -93,6 +93,13 @@ fn created<T: Serialize>(collection: &str, answer: &T) -> Response {
     response
 }
 
+/// Returns 202 with the location of a new job.
+fn accepted<T: Serialize>(answer: &T) -> Response {
+    let mut response = created("/v1/jobs", answer);
+    *response.status_mut() = StatusCode::ACCEPTED;
+    response
+}
+
 /// Returns 200 with the ETag of a version.
 fn versioned<T: Serialize>(version: u64, answer: &T) -> Response {
     ([(header::ETAG, etag(version))], Json(answer)).into_response()

@@ -9,16 +9,16 @@ use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{
-    CreateSearch, FoundMaterial, Front, JobId, LineageId, Page, SearchAnswer, SearchLine,
+    AnyJob, CreateSearch, FoundMaterial, Front, JobId, LineageId, Page, SearchAnswer, SearchLine,
     SearchState,
 };
 use brood_storage::{SearchChange, StorageError, StoredSearch};
 use http::{HeaderName, StatusCode, header};
-use serde::{Deserialize, Serialize};
+use serde::Deserialize;
 
-use super::created;
+use super::accepted;
 use crate::clock::now_ms;
-use crate::dispatch::search_json;
+use crate::dispatch::{export_json, search_json};
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
@@ -26,7 +26,6 @@ use crate::presenter::Presenter;
 use crate::problem::ApiError;
 use crate::state::App;
 
-const COLLECTION: &str = "/v1/jobs";
 /// Log lines per read.
 const LOG_LINES: u32 = 1000;
 
@@ -116,15 +115,24 @@ pub async fn resume(
     change(&app, id, key, SearchChange::Resume).await
 }
 
-/// Cancels a search; its best result so far is kept.
-#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_search", tag = "jobs",
+/// Cancels a search, whose best result so far is kept, or an export, whose files are deleted.
+#[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs",
     params(("id" = JobId, Path)),
-    responses((status = 200, description = "search after the change", body = SearchAnswer)))]
+    responses((status = 200, description = "search or export after the change", body = AnyJob)))]
 pub async fn cancel(
     State(app): State<App>,
     Path(id): Path<JobId>,
     key: IdempotencyKey,
 ) -> Result<Response, ApiError> {
+    if app.store.export(id).await.is_ok() {
+        let attempt = match app.ledger.begin(&app.store, key, b"").await? {
+            Begun::Replay(answer) => return Ok(Json(answer).into_response()),
+            Begun::Fresh(attempt) => attempt,
+        };
+        let answer = export_json(app.exports.cancel(id).await?);
+        attempt.store(&app.store, StatusCode::OK, &answer).await?;
+        return Ok(Json(answer).into_response());
+    }
     change(&app, id, key, SearchChange::Cancel).await
 }
 
@@ -249,11 +257,4 @@ async fn show(
     let individual = app.store.individual(found.individual).await?;
     found.thumbnail = Some(presenter.individual(individual).await?.thumbnail);
     Ok(())
-}
-
-/// Returns 202 with the location of the new job.
-fn accepted<T: Serialize>(answer: &T) -> Response {
-    let mut response = created(COLLECTION, answer);
-    *response.status_mut() = StatusCode::ACCEPTED;
-    response
 }

@@ -2,9 +2,10 @@
 //!
 //! [`lease`] serves workers, the same for all kinds of jobs, with the leases in [`table`] and the
 //! waiting workers in [`queue`]. [`kind`] defines what differs. The kinds are services:
-//! [`PictureService`], which serves picture requests by render jobs, and [`Searches`]. [`history`]
+//! [`PictureService`], which serves picture requests by render jobs, [`Searches`] and [`Exports`]. [`history`]
 //! keeps finished render jobs.
 
+mod export;
 mod history;
 mod kind;
 mod lease;
@@ -17,6 +18,7 @@ mod search;
 mod table;
 mod workers;
 
+pub use export::{Exports, export_json};
 pub use history::History;
 pub use kind::Jobs;
 pub use lease::{LeaseEnd, claim_lease, end_leases, release_lease, renew_lease};

@@ -46,7 +46,8 @@ fn need(method: &Method, path: &str) -> Need {
         return Need::Nothing;
     }
     // These answer what the genome in the body looks like, and store nothing.
-    let is_answer = below("/v1/exports") || path == "/v1/render.png";
+    // An export as a job stores files.
+    let is_answer = below("/v1/exports") && path != "/v1/exports" || path == "/v1/render.png";
     match *method {
         Method::POST if is_answer => Need::Read,
         Method::GET | Method::HEAD | Method::OPTIONS => Need::Read,
@@ -80,6 +81,7 @@ mod tests {
         assert_eq!(need(Method::GET, "/metrics"), Need::Read);
         assert_eq!(need(Method::POST, "/v1/lineages"), Need::Breed);
         assert_eq!(need(Method::POST, "/v1/exports/glsl"), Need::Read);
+        assert_eq!(need(Method::POST, "/v1/exports"), Need::Breed);
         assert_eq!(need(Method::POST, "/v1/render.png"), Need::Read);
         assert_eq!(need(Method::POST, "/v1/leases"), Need::Work);
         assert_eq!(need(Method::GET, "/v1/leases/meshes/00"), Need::Work);

@@ -30,7 +30,10 @@ const ARROWS: [(&str, &str); 20] = [
     ("protocol", "genome program brdf scene mesh"),
     ("storage", "protocol genome"),
     ("server", "protocol storage genome program mesh light scene eval export inspect target"),
-    ("worker", "protocol genome program brdf mesh light scene eval gpu inspect search target"),
+    (
+        "worker",
+        "protocol genome program brdf mesh light scene eval gpu export inspect search target",
+    ),
     (
         "bench",
         "protocol genome program brdf mesh light scene eval export inspect search target worker",

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use brood_export::Format;
-use utoipa::openapi::{Content, RefOr, Response, ResponseBuilder};
+use utoipa::openapi::{Content, HeaderBuilder, RefOr, Response, ResponseBuilder};
 use utoipa::{IntoResponses, PartialSchema};
 
 /// Exported material: one body for each media type of the formats.
@@ -17,6 +17,10 @@ impl IntoResponses for ExportedMaterial {
             let schema = media_type.ends_with("json").then(serde_json::Value::schema);
             response = response.content(media_type, Content::new(schema));
         }
+        let note = HeaderBuilder::new().description(Some(
+            "of tables: resolution, and error of the made table as read again by brood; ASCII",
+        ));
+        let response = response.header("Brood-Note", note.build());
         BTreeMap::from([("200".to_owned(), RefOr::T(response.build()))])
     }
 }

@@ -1,0 +1,402 @@
+//! Exports as jobs: create, read, cancel, expire, and the workers' side: claim, file, failure,
+//! release. Owner of the tables `export` and `export_file`; each transition is a compare-and-set on
+//! id, epoch and state. The files themselves are the caller's: a row of a file gets its size once
+//! the file is on disk.
+
+use brood_genome::GenomeHash;
+use brood_protocol::{JobId, JobStatus};
+use sqlx::SqliteConnection;
+
+use crate::error::{LEASE_ENDED, Result, changed};
+use crate::row::{Key, Record, insert_rows, record, returning, select, signed};
+use crate::writer::operation;
+use crate::{Idempotency, StorageError, Store, idempotency};
+
+/// An export fails after this many consecutive worker deaths without a new file.
+const MAX_DEATHS: i64 = 3;
+
+/// Export to be stored.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NewExport {
+    /// Id of the job.
+    pub id: JobId,
+    /// Energy limit, if chosen.
+    pub energy_limit: Option<bool>,
+    /// Files that workers make.
+    pub files: Vec<NewExportFile>,
+    /// Plan of the archive, in the caller's format.
+    pub plan: String,
+    /// Creation time, in milliseconds since 1970-01-01 UTC.
+    pub created_ms: i64,
+    /// Idempotency record to be stored with the export.
+    pub idempotency: Option<Idempotency>,
+}
+
+record! {
+    /// File that a worker makes.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct NewExportFile {
+        /// Number within the archive.
+        pub number: u32,
+        /// Genome to export.
+        pub genome: GenomeHash = "genome_hash",
+        /// Name of the format.
+        pub format: String,
+    }
+}
+
+record! {
+    /// Export without its plan.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct StoredExport {
+        /// Id of the job.
+        pub id: JobId,
+        /// State.
+        pub state: JobStatus,
+        /// Epoch: incremented by every change except a file that keeps the lease.
+        pub epoch: u64,
+        /// Reason of a failure.
+        pub reason: Option<String>,
+        /// Number of files that workers make.
+        pub files: u32 = "(SELECT count(*) FROM export_file WHERE export_id = export.id)",
+        /// Number of those that are made.
+        pub made: u32 = "(SELECT count(bytes) FROM export_file WHERE export_id = export.id)",
+        /// Size of the files so far, in bytes.
+        pub bytes: u64 =
+            "(SELECT coalesce(sum(bytes), 0) FROM export_file WHERE export_id = export.id)",
+        /// Creation time, in milliseconds since 1970-01-01 UTC.
+        pub created_ms: i64,
+        /// Time of the first lease, in milliseconds since 1970-01-01 UTC.
+        pub started_ms: Option<i64>,
+        /// Time of the end, in milliseconds since 1970-01-01 UTC.
+        pub ended_ms: Option<i64>,
+    }
+}
+
+record! {
+    /// File on disk.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct StoredExportFile {
+        /// Number within the archive.
+        pub number: u32,
+        /// Size in bytes.
+        pub bytes: u64,
+        /// Note of a table.
+        pub note: Option<String>,
+    }
+}
+
+record! {
+    /// Export that has just been leased.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    pub struct ClaimedExport {
+        /// Id of the job.
+        pub id: JobId,
+        /// Epoch of this lease.
+        pub epoch: u64,
+        /// Energy limit, if chosen.
+        pub energy_limit: Option<bool>,
+    } and {
+        /// Files that are not made yet.
+        pub missing: Vec<NewExportFile>,
+    }
+}
+
+const CLAIM: &str = "UPDATE export SET state = 'running', epoch = epoch + 1, worker = ?1,
+        started_ms = coalesce(started_ms, ?2)
+    WHERE id = (SELECT id FROM export WHERE state = 'queued' ORDER BY id LIMIT 1)";
+/// Parameters: 1 if the worker died, else 0; limit of deaths; time; id; epoch.
+const RELEASE: &str = "UPDATE export SET
+        deaths = deaths + ?1,
+        epoch = epoch + 1,
+        state = CASE WHEN deaths + ?1 >= ?2 THEN 'failed' ELSE 'queued' END,
+        reason = CASE WHEN deaths + ?1 >= ?2 THEN 'worker_lost' END,
+        ended_ms = CASE WHEN deaths + ?1 >= ?2 THEN ?3 END,
+        worker = NULL
+    WHERE id = ?4 AND epoch = ?5 AND state = 'running'";
+/// Ends a lease without a result. Parameters: state; reason; time; id; epoch or NULL for any.
+const END: &str = "UPDATE export SET state = ?1, reason = ?2, ended_ms = ?3, epoch = epoch + 1,
+        worker = NULL
+    WHERE id = ?4 AND (?5 IS NULL OR epoch = ?5) AND state IN ('queued', 'running')";
+const SUCCEED: &str = "UPDATE export SET state = 'succeeded', ended_ms = ?1, epoch = epoch + 1,
+        worker = NULL
+    WHERE id = ?2 AND NOT EXISTS (
+        SELECT 1 FROM export_file WHERE export_id = ?2 AND bytes IS NULL)";
+
+impl Store {
+    /// Stores an export at the end of the queue.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::QueueFull`] if `max_queued` exports are queued.
+    pub async fn create_export(&self, new: NewExport, max_queued: u32) -> Result<()> {
+        self.write(operation!(|conn| insert(conn, new, max_queued).await)).await
+    }
+
+    /// Returns an export.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
+    pub async fn export(&self, id: JobId) -> Result<StoredExport> {
+        fetch(&mut *self.reader().await?, id).await
+    }
+
+    /// Returns the plan of an export and its files on disk, by number.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
+    pub async fn export_plan(&self, id: JobId) -> Result<(String, Vec<StoredExportFile>)> {
+        let mut conn = self.snapshot().await?;
+        let plan = sqlx::query_scalar("SELECT plan_json FROM export WHERE id = ?").bind(id.key());
+        let plan = plan.fetch_one(&mut *conn).await?;
+        let files = select::<StoredExportFile>(
+            "FROM export_file WHERE export_id = ? AND bytes IS NOT NULL ORDER BY number",
+        );
+        let files = files.bind(id.key()).fetch_all(&mut *conn).await?;
+        let files: Result<_> = files.iter().map(StoredExportFile::read).collect();
+        Ok((plan, files?))
+    }
+
+    /// Returns all exports, the oldest first.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
+    pub async fn exports(&self) -> Result<Vec<StoredExport>> {
+        let rows = select::<StoredExport>("FROM export ORDER BY id");
+        let rows = rows.fetch_all(&mut *self.reader().await?).await?;
+        rows.iter().map(StoredExport::read).collect()
+    }
+
+    /// True if an export is queued.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
+    pub async fn any_export_queued(&self) -> Result<bool> {
+        let sql = "SELECT EXISTS (SELECT 1 FROM export WHERE state = 'queued')";
+        Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
+    }
+
+    /// Leases the oldest queued export. Returns `None` if there is none.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
+    pub async fn claim_export(&self, worker: &str, now_ms: i64) -> Result<Option<ClaimedExport>> {
+        let worker = worker.to_owned();
+        self.write_relaxed(operation!(|conn| {
+            let query = returning::<ClaimedExport>(CLAIM).bind(worker).bind(now_ms);
+            let Some(row) = query.fetch_optional(&mut *conn).await? else { return Ok(None) };
+            let mut claimed = ClaimedExport::read(&row)?;
+            let missing = select::<NewExportFile>(
+                "FROM export_file WHERE export_id = ? AND bytes IS NULL ORDER BY number",
+            );
+            let rows = missing.bind(claimed.id.key()).fetch_all(conn).await?;
+            let missing: Result<_> = rows.iter().map(NewExportFile::read).collect();
+            claimed.missing = missing?;
+            Ok(Some(claimed))
+        }))
+        .await
+    }
+
+    /// Records a file that is on disk. The export succeeds with its last file.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale, [`StorageError::NotFound`] if the
+    /// export has no such file.
+    pub async fn record_export_file(
+        &self,
+        (id, epoch): (JobId, u64),
+        file: StoredExportFile,
+        now_ms: i64,
+    ) -> Result<StoredExport> {
+        self.write(operation!(|conn| {
+            let held = "UPDATE export SET deaths = 0
+                WHERE id = ? AND epoch = ? AND state = 'running'";
+            let held = sqlx::query(held).bind(id.key()).bind(signed(epoch));
+            changed(&held.execute(&mut *conn).await?, LEASE_ENDED)?;
+            let made = "UPDATE export_file SET bytes = ?, note = ?
+                WHERE export_id = ? AND number = ?";
+            let made = sqlx::query(made)
+                .bind(signed(file.bytes))
+                .bind(file.note)
+                .bind(id.key())
+                .bind(file.number)
+                .execute(&mut *conn)
+                .await?;
+            changed(&made, StorageError::NotFound)?;
+            sqlx::query(SUCCEED).bind(now_ms).bind(id.key()).execute(&mut *conn).await?;
+            fetch(conn, id).await
+        }))
+        .await
+    }
+
+    /// Marks an export as failed, and forgets its files. `epoch` is that of the lease.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
+    pub async fn fail_export(
+        &self,
+        (id, epoch): (JobId, u64),
+        reason: String,
+        now_ms: i64,
+    ) -> Result<StoredExport> {
+        self.write(operation!(|conn| {
+            let failed = (JobStatus::Failed, Some(reason));
+            changed(&end(conn, (id, Some(epoch)), failed, now_ms).await?, LEASE_ENDED)?;
+            fetch(conn, id).await
+        }))
+        .await
+    }
+
+    /// Cancels a queued or running export, and forgets its files. Returns the changed export; as
+    /// the inner error its state, if it has ended.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist.
+    pub async fn cancel_export(
+        &self,
+        id: JobId,
+        now_ms: i64,
+    ) -> Result<Result<StoredExport, JobStatus>> {
+        self.write(operation!(|conn| {
+            let cancelled = (JobStatus::Cancelled, None);
+            let done = end(conn, (id, None), cancelled, now_ms).await?.rows_affected();
+            let export = fetch(conn, id).await?;
+            Ok(if done == 0 { Err(export.state) } else { Ok(export) })
+        }))
+        .await
+    }
+
+    /// Returns a leased export to the queue. After the third consecutive worker death it fails
+    /// instead.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
+    pub async fn release_export(
+        &self,
+        (id, epoch): (JobId, u64),
+        worker_died: bool,
+        now_ms: i64,
+    ) -> Result<StoredExport> {
+        self.write_relaxed(operation!(|conn| {
+            let done = sqlx::query(RELEASE)
+                .bind(i64::from(worker_died))
+                .bind(MAX_DEATHS)
+                .bind(now_ms)
+                .bind(id.key())
+                .bind(signed(epoch))
+                .execute(&mut *conn)
+                .await?;
+            changed(&done, LEASE_ENDED)?;
+            let export = fetch(conn, id).await?;
+            if export.state == JobStatus::Failed {
+                forget_all(conn, id).await?;
+            }
+            Ok(export)
+        }))
+        .await
+    }
+
+    /// Returns all leased exports to the queue, at the start of the server. Returns their number.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
+    pub async fn requeue_all_exports(&self) -> Result<u64> {
+        self.write_relaxed(operation!(|conn| {
+            let sql = "UPDATE export SET state = 'queued', epoch = epoch + 1, worker = NULL
+                           WHERE state = 'running'";
+            Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
+        }))
+        .await
+    }
+
+    /// Deletes an export that has ended. Its files are the caller's to delete.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if there is no such export, or it has not ended.
+    pub async fn delete_export(&self, id: JobId) -> Result<()> {
+        self.write(operation!(|conn| {
+            let sql = "DELETE FROM export WHERE id = ? AND state NOT IN ('queued', 'running')";
+            changed(&sqlx::query(sql).bind(id.key()).execute(conn).await?, StorageError::NotFound)
+        }))
+        .await
+    }
+
+    /// Forgets files of an export that are not on disk any more, so that they are made again.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
+    pub async fn forget_export_files(&self, id: JobId, numbers: Vec<u32>) -> Result<()> {
+        self.write(operation!(|conn| {
+            for number in numbers {
+                let sql = "UPDATE export_file SET bytes = NULL, note = NULL
+                    WHERE export_id = ? AND number = ?";
+                sqlx::query(sql).bind(id.key()).bind(number).execute(&mut *conn).await?;
+            }
+            let sql = "UPDATE export SET state = 'queued', epoch = epoch + 1, ended_ms = NULL
+                WHERE id = ? AND state = 'succeeded' AND EXISTS (
+                    SELECT 1 FROM export_file WHERE export_id = export.id AND bytes IS NULL)";
+            sqlx::query(sql).bind(id.key()).execute(conn).await?;
+            Ok(())
+        }))
+        .await
+    }
+}
+
+async fn insert(conn: &mut SqliteConnection, new: NewExport, max_queued: u32) -> Result<()> {
+    idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
+    let waiting: u32 = sqlx::query_scalar("SELECT count(*) FROM export WHERE state = 'queued'")
+        .fetch_one(&mut *conn)
+        .await?;
+    if waiting >= max_queued {
+        return Err(StorageError::QueueFull);
+    }
+    sqlx::query(
+        "INSERT INTO export (id, state, epoch, deaths, energy_limit, created_ms, plan_json)
+         VALUES (?, 'queued', 0, 0, ?, ?, ?)",
+    )
+    .bind(new.id.key())
+    .bind(new.energy_limit)
+    .bind(new.created_ms)
+    .bind(new.plan)
+    .execute(&mut *conn)
+    .await?;
+    let head = "INSERT INTO export_file (export_id, number, genome_hash, format) ";
+    insert_rows(conn, (head, ""), &new.files, |row, file| {
+        row.push_bind(new.id.key().to_vec())
+            .push_bind(file.number)
+            .push_bind(file.genome.key().to_vec())
+            .push_bind(file.format.clone());
+    })
+    .await
+}
+
+/// Ends a queued or running export without a result, and forgets its files.
+async fn end(
+    conn: &mut SqliteConnection,
+    (id, epoch): (JobId, Option<u64>),
+    (state, reason): (JobStatus, Option<String>),
+    now_ms: i64,
+) -> Result<sqlx::sqlite::SqliteQueryResult> {
+    let done = sqlx::query(END)
+        .bind(state.name())
+        .bind(reason)
+        .bind(now_ms)
+        .bind(id.key())
+        .bind(epoch.map(signed))
+        .execute(&mut *conn)
+        .await?;
+    if done.rows_affected() > 0 {
+        forget_all(conn, id).await?;
+    }
+    Ok(done)
+}
+
+async fn forget_all(conn: &mut SqliteConnection, id: JobId) -> Result<()> {
+    let sql = "UPDATE export_file SET bytes = NULL, note = NULL WHERE export_id = ?";
+    sqlx::query(sql).bind(id.key()).execute(conn).await?;
+    Ok(())
+}
+
+async fn fetch(conn: &mut SqliteConnection, id: JobId) -> Result<StoredExport> {
+    let query = select::<StoredExport>("FROM export WHERE id = ?").bind(id.key());
+    StoredExport::read(&query.fetch_one(conn).await?)
+}
