@@ -24,7 +24,7 @@ pub struct ServeArgs {
     /// Data directory; by default $XDG_DATA_HOME/brood or ~/.local/share/brood
     #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
     pub data: Option<PathBuf>,
-/// Number of worker processes that render; one more runs searches and exports. 0 starts none,
+    /// Number of worker processes that render; one more runs searches and exports. 0 starts none,
     /// for a server with remote workers only
     #[arg(long, value_name = "N", env = "BROOD_WORKERS", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
     pub workers: u16,
