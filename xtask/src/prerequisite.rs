@@ -130,6 +130,20 @@ fn nextest_is_installed() -> bool {
     shell::cargo().args(["nextest", "--version"]).output().is_ok_and(|it| it.status.success())
 }
 
+/// A program and the Debian packages that it needs.
+pub type Program = (&'static str, &'static [&'static str]);
+
+/// Installs the Debian packages of those programs that are not found.
+pub fn install_programs(programs: &[Program]) -> Result<()> {
+    let missing: Vec<&str> = programs
+        .iter()
+        .filter(|(program, _)| shell::find_program(program).is_none())
+        .flat_map(|(_, packages)| *packages)
+        .copied()
+        .collect();
+    if missing.is_empty() { Ok(()) } else { install_debian(&missing) }
+}
+
 /// Installs Debian packages; fails on other systems and without the rights.
 pub fn install_debian(packages: &[&str]) -> Result<()> {
     if shell::find_program("apt-get").is_none() {

@@ -178,6 +178,22 @@ impl Format {
                 opened_by: "spreadsheets, scripts, targets of brood",
                 ..TEXT
             },
+            Self::MaterialX => &Facts {
+                name: "materialx",
+                label: "MaterialX node (GLSL, ESSL, Vulkan) as ZIP",
+                extension: "mtlx.zip",
+                media_type: "application/zip",
+                opened_by: "renderers with MaterialX's generators of GLSL, ESSL or Vulkan",
+                is_binary: true,
+                ..TEXT
+            },
+            Self::Godot3 => &Facts {
+                name: "godot-3",
+                label: "Godot 3 shader",
+                extension: "shader",
+                opened_by: "Godot 3, renderer GLES3",
+                ..TEXT
+            },
         }
     }
 

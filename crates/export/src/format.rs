@@ -29,6 +29,10 @@ pub enum Format {
     Merl,
     /// Samples of f as CSV.
     SamplesCsv,
+    /// Node of MaterialX for renderers that take custom GLSL, as an archive.
+    MaterialX,
+    /// Shader of the engine Godot 3.
+    Godot3,
 }
 
 /// Error of parsing the name of a format.
@@ -38,7 +42,7 @@ pub struct FormatError;
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::GlslEs300,
         Self::Glsl410,
         Self::Wgsl,
@@ -51,6 +55,8 @@ impl Format {
         Self::RglBsdf,
         Self::Merl,
         Self::SamplesCsv,
+        Self::MaterialX,
+        Self::Godot3,
     ];
 
     /// Name of a file for a stem such as `brood-1a2b3c4d`. Files of Python have names that Python
@@ -83,7 +89,7 @@ mod tests {
         }
         let error = "cg".parse::<Format>().unwrap_err();
         let known = "unknown format; known formats: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf, three-page, \
-                     three-tsl, vrm-mtoon, mitsuba, rgl-bsdf, merl, samples-csv";
+                     three-tsl, vrm-mtoon, mitsuba, rgl-bsdf, merl, samples-csv, materialx, godot-3";
         assert_eq!(error.to_string(), known);
     }
 }

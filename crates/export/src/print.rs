@@ -9,7 +9,7 @@ use crate::error::PrintError;
 use crate::exported::Exported;
 use crate::format::Format;
 use crate::module::export_within;
-use crate::{disney, mitsuba, mtoon, style, table, three};
+use crate::{disney, godot, materialx, mitsuba, mtoon, style, table, three};
 
 /// Ranges that exported code must handle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,6 +51,8 @@ pub fn export_material(
         (Format::DisneyBrdf, _) => Ok(disney::file(program, within.uv).into()),
         (Format::ThreePage, _) => Ok(three::page(program, within.uv).into()),
         (Format::ThreeTsl, _) => Ok(three::module(program, within.uv).into()),
+        (Format::Godot3, _) => Ok(godot::shader(program, within.uv).into()),
+        (Format::MaterialX, _) => Ok(materialx::archive(program, within.uv)),
         (Format::Mitsuba, _) => Ok(mitsuba::plugin(program, within.uv).into()),
         _ if format.is_table() => table::of_program(program, format),
         _ if is_brdf => Ok(export_within(program, format, within.uv).into()),

@@ -24,6 +24,29 @@ pub(crate) fn number(value: f32) -> String {
     }
 }
 
+/// Code with other text for some of its words. Words after a point, which are fields, are kept.
+pub(crate) fn with_words(code: &str, other: impl Fn(&str) -> Option<String>) -> String {
+    let mut text = String::with_capacity(2 * code.len());
+    let mut rest = code;
+    while let Some(start) = rest.find(is_of_word) {
+        let (before, after) = rest.split_at(start);
+        let end = after.find(|c| !is_of_word(c)).unwrap_or(after.len());
+        let (word, after) = after.split_at(end);
+        text += before;
+        match other(word).filter(|_| !before.ends_with('.')) {
+            Some(other) => text += &other,
+            None => text += word,
+        }
+        rest = after;
+    }
+    text + rest
+}
+
+/// True for characters of names and numbers.
+pub(crate) fn is_of_word(c: char) -> bool {
+    c.is_ascii_alphanumeric() || c == '_'
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -6,12 +6,13 @@
     reason = "this is a test; clippy only knows those with an attribute"
 )]
 
-use std::io::Write;
+use std::io::{Cursor, Read, Write};
 use std::process::{Command, Stdio};
 
 use brood_export::{Format, Within, conformance, export, export_material};
 use brood_genome::{BirthKey, Dialect, Genome, ModelKind, OpcodeSet, Output, Variation};
 use brood_program::Program;
+use zip::ZipArchive;
 
 /// Random programs of both dialects, with and without an output stage.
 fn programs() -> Vec<Program> {
@@ -199,5 +200,77 @@ fn shaders_of_disney_materials_are_accepted_by_the_reference_compiler() {
         if let Some(said) = refusal(&compiler, &[], &source) {
             panic!("{said}\n{source}");
         }
+    }
+}
+
+/// Types of MaterialX's shaders and its file that the code of a node includes.
+const MATERIALX: &str = "#define CLOSURE_TYPE_REFLECTION 1
+struct BSDF { vec3 response; vec3 throughput; };
+struct ClosureData { int closureType; vec3 L; vec3 V; vec3 N; vec3 P; float occlusion; };
+";
+
+/// Code of the node of a material, and the call of its function.
+fn node(program: &Program) -> (String, String) {
+    let made = export_material(program, Format::MaterialX, Within::default()).unwrap();
+    let mut archive = ZipArchive::new(Cursor::new(made.bytes)).unwrap();
+    let name = format!("brood_{}", &program.hash().to_string()[..8]);
+    let mut code = String::new();
+    archive.by_name(&format!("{name}.glsl")).unwrap().read_to_string(&mut code).unwrap();
+    let code: Vec<&str> = code.lines().filter(|line| !line.starts_with("#include")).collect();
+    let bitangent = if program.bumps().is_some() { " at," } else { "" };
+    (code.join("\n"), format!("  {name}_bsdf(data, 1.0, at, at,{bitangent} at.xy, 0, bsdf);\n"))
+}
+
+#[test]
+fn nodes_of_materialx_are_accepted_by_the_reference_compiler_two_in_a_shader() {
+    let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
+        return;
+    };
+    for pair in programs().chunks(2) {
+        let (code, calls): (Vec<String>, Vec<String>) = pair.iter().map(node).unzip();
+        let (code, calls) = (code.join("\n"), calls.concat());
+        for version in ["400", "300 es\nprecision highp float"] {
+            let semicolon = if version.contains("precision") { ";" } else { "" };
+            let source = format!(
+                "#version {version}{semicolon}\n{MATERIALX}{code}\nout vec4 color;\nvoid main() {{\n  \
+                 vec3 at = gl_FragCoord.xyz;\n  ClosureData data = ClosureData(1, at, at, at, at, 1.0);\n  \
+                 BSDF bsdf = BSDF(vec3(0.0), vec3(0.0));\n{calls}  color = vec4(bsdf.response, 1.0);\n}}\n"
+            );
+            if let Some(said) = refusal(&compiler, &[], &source) {
+                panic!("{said}\n{source}");
+            }
+        }
+    }
+}
+
+#[test]
+fn shaders_of_godot_are_accepted_by_the_reference_compiler() {
+    let Some(compiler) = std::env::var("GLSL_COMPILER").ok().filter(|name| !name.is_empty()) else {
+        return;
+    };
+    for program in programs() {
+        let file = export_material(&program, Format::Godot3, Within::default()).unwrap();
+        let code = file.into_text();
+        let (_, code) = code.split_once("render_mode ambient_light_disabled;\n").unwrap();
+        let (functions, stages) = code.split_once("void vertex() {").unwrap();
+        let (_, light) = stages.split_once("void light() {").unwrap();
+        let functions = functions.replace("varying", "in");
+        let source = format!(
+            "#version 330 core\nin vec3 NORMAL, LIGHT, VIEW, ATTENUATION, LIGHT_COLOR;\nin vec2 UV;\n\
+             vec3 SPECULAR_LIGHT = vec3(0.0);\nout vec4 color;\n{functions}void light() {{{light}\n\
+             void main() {{\n  light();\n  color = vec4(SPECULAR_LIGHT, 1.0);\n}}\n"
+        );
+        if let Some(said) = refusal(&compiler, &[], &source) {
+            panic!("{said}\n{source}");
+        }
+    }
+}
+
+#[test]
+fn painted_materials_are_refused_with_the_reason() {
+    let style = &conformance::styles()[0];
+    for format in [Format::MaterialX, Format::Godot3] {
+        let error = export_material(style, format, Within::default()).unwrap_err().to_string();
+        assert!(error.contains("a format of BRDFs"), "{error}");
     }
 }

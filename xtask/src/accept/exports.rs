@@ -12,7 +12,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
-use crate::prerequisite::{self, Prerequisites};
+use crate::prerequisite::{self, Prerequisites, Program};
 use crate::python::Python;
 use crate::shell;
 
@@ -34,15 +34,28 @@ struct Consumer {
     packages: &'static str,
     /// Number of random genomes.
     genomes: &'static str,
+    /// Programs that the script calls, and their Debian packages.
+    programs: &'static [Program],
 }
 
+const DISPLAY: Program = ("xvfb-run", &["xvfb", "xauth", "libgl1"]);
+const GODOT: Program = ("godot3-runner", &["godot3-runner"]);
+const GLSL: Program = ("glslangValidator", &["glslang-tools"]);
+const SPIRV: Program = ("spirv-val", &["spirv-tools"]);
+
 /// Most consumers.
-const PYTHON: Consumer =
-    Consumer { format: "", runtime: Runtime::Python, script: "", packages: "", genomes: "40" };
+const PYTHON: Consumer = Consumer {
+    format: "",
+    runtime: Runtime::Python,
+    script: "",
+    packages: "",
+    genomes: "40",
+    programs: &[],
+};
 /// As [`PYTHON`], for three.js.
 const THREE: Consumer = Consumer { runtime: Runtime::Node, packages: "three", ..PYTHON };
 
-const CONSUMERS: [Consumer; 5] = [
+const CONSUMERS: [Consumer; 7] = [
     Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba", ..PYTHON },
     // Tables of anisotropic materials have 18 or 52 MB.
     Consumer {
@@ -55,6 +68,20 @@ const CONSUMERS: [Consumer; 5] = [
     Consumer { format: "hlsl", script: "slang", packages: "slangpy", ..PYTHON },
     Consumer { format: "three-page", script: "three_page", ..THREE },
     Consumer { format: "three-tsl", script: "three_tsl", ..THREE },
+    Consumer {
+        format: "materialx",
+        script: "materialx",
+        packages: "materialx",
+        programs: &[DISPLAY, GLSL, SPIRV],
+        ..PYTHON
+    },
+    Consumer {
+        format: "godot-3",
+        script: "godot",
+        packages: "numpy",
+        programs: &[DISPLAY, GODOT],
+        ..PYTHON
+    },
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to
@@ -90,6 +117,7 @@ impl Consumer {
         write.args(["bench", "consumer", "--format", self.format, "--genomes", self.genomes]);
         write.arg("--output").arg(&files);
         shell::run(&mut write)?;
+        prerequisite::install_programs(self.programs)?;
         let mut read = match self.runtime {
             Runtime::Python => self.python(folder, &files)?,
             Runtime::Node => self.node(folder, &files)?,
