@@ -1,7 +1,7 @@
 //! `brood bench consumer`: writes materials in an export format, with values of f by the reference.
 //!
-//! A test by the program that reads the format compares its own values with these; tables that
-//! brood reads too are compared here. The materials are all presets, models of all kinds, random
+//! A test by the program that reads the format compares its own values with these; fits, and tables
+//! that brood reads too, are compared here. The materials are all presets, models of all kinds, random
 //! programs, programs with layers, with textures and with bumps. A file `cases.json` lists them,
 //! with the reasons why some are refused.
 
@@ -12,7 +12,9 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use brood_brdf::{Brdf, DirectionPair, Input, Merl, Rgl};
 use brood_eval::{ReferenceEvaluator, TurnedPair, express, is_anisotropic};
-use brood_export::{Format, Within, conformance, export_material, is_limited, mean_positions};
+use brood_export::{
+    Format, Within, conformance, export_material, fitted, is_limited, mean_positions,
+};
 use brood_genome::preset::PRESETS;
 use brood_genome::{
     BirthKey, Dialect, DialectConstraints, Genome, ModelKind, OpcodeSet, Variation,
@@ -116,16 +118,21 @@ fn write(
     };
     let file = args.format.file_name(&format!("case-{place:03}"));
     output::write_file(&args.output.join(&file), &exported.bytes)?;
-    if args.format.is_table() {
+    if args.format.is_table() || args.format.is_fit() {
         let f = mean_values(&program, pairs);
-        let own_error = read_back(args.format, &exported.bytes)?.map(|table| {
-            let found: Vec<f64> =
-                pairs.iter().flat_map(|pair| table.f(&pair.swapped()).to_array()).collect();
-            change(&f, &found, pairs)
-        });
+        let made: Option<Vec<f64>> = if args.format.is_fit() {
+            let fit = fitted(&program, args.format)?;
+            Some(pairs.iter().flat_map(|pair| fit.f(pair).to_array()).collect())
+        } else {
+            read_back(args.format, &exported.bytes)?.map(|table| {
+                pairs.iter().flat_map(|pair| table.f(&pair.swapped()).to_array()).collect()
+            })
+        };
+        let own_error = made.as_ref().map(|made| change(&f, made, pairs));
+        let fit = made.filter(|_| args.format.is_fit()).map(|made| base64(&made));
         return Ok(json!({
             "name": case.name, "file": file, "f": base64(&f), "note": exported.note,
-            "anisotropic": is_anisotropic(&program), "own_error": own_error,
+            "anisotropic": is_anisotropic(&program), "own_error": own_error, "fit": fit,
         }));
     }
     if program.is_painted() {

@@ -33,6 +33,10 @@ pub enum Format {
     MaterialX,
     /// Shader of the engine Godot 3.
     Godot3,
+    /// Script that makes a material of Blender's nodes.
+    Blender,
+    /// Shader for the Script node of Blender's Cycles.
+    BlenderOsl,
 }
 
 /// Error of parsing the name of a format.
@@ -42,7 +46,7 @@ pub struct FormatError;
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::GlslEs300,
         Self::Glsl410,
         Self::Wgsl,
@@ -57,6 +61,8 @@ impl Format {
         Self::SamplesCsv,
         Self::MaterialX,
         Self::Godot3,
+        Self::Blender,
+        Self::BlenderOsl,
     ];
 
     /// Name of a file for a stem such as `brood-1a2b3c4d`. Files of Python have names that Python
@@ -89,7 +95,7 @@ mod tests {
         }
         let error = "cg".parse::<Format>().unwrap_err();
         let known = "unknown format; known formats: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf, three-page, \
-                     three-tsl, vrm-mtoon, mitsuba, rgl-bsdf, merl, samples-csv, materialx, godot-3";
+                     three-tsl, vrm-mtoon, mitsuba, rgl-bsdf, merl, samples-csv, materialx, godot-3, blender, blender-osl";
         assert_eq!(error.to_string(), known);
     }
 }

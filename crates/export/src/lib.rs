@@ -28,6 +28,7 @@ pub mod conformance;
 mod disney;
 mod error;
 mod exported;
+mod fit;
 mod format;
 mod godot;
 mod input;
@@ -50,6 +51,7 @@ mod three;
 pub use about::Exactness;
 pub use error::PrintError;
 pub use exported::Exported;
+pub use fit::fitted;
 pub use format::{Format, FormatError};
 pub use module::{export, export_within};
 pub use print::{

@@ -9,7 +9,7 @@ use crate::error::PrintError;
 use crate::exported::Exported;
 use crate::format::Format;
 use crate::module::export_within;
-use crate::{disney, godot, materialx, mitsuba, mtoon, style, table, three};
+use crate::{disney, fit, godot, materialx, mitsuba, mtoon, style, table, three};
 
 /// Ranges that exported code must handle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +55,7 @@ pub fn export_material(
         (Format::MaterialX, _) => Ok(materialx::archive(program, within.uv)),
         (Format::Mitsuba, _) => Ok(mitsuba::plugin(program, within.uv).into()),
         _ if format.is_table() => table::of_program(program, format),
+        _ if format.is_fit() => fit::of_program(program, format),
         _ if is_brdf => Ok(export_within(program, format, within.uv).into()),
         _ => Ok(style::module(program, format, (within.uv, within.lights)).into()),
     }
@@ -84,7 +85,7 @@ pub fn check_material(program: &Program, format: Format, within: Within) -> Resu
         (Format::Mtoon, Meaning::Style(effects)) => mtoon::material(program, effects).map(drop),
         (Format::Mtoon, _) => Err(PrintError::NotPainted(format)),
         _ if !is_brdf(program) && format.language().is_none() => Err(PrintError::Painted(format)),
-        _ if format.is_table() => table::check(program, format),
+        _ if format.is_table() || format.is_fit() => table::check(program, format),
         _ => Ok(()),
     }
 }

@@ -20,9 +20,10 @@ use brood_program::Program;
 use crate::error::PrintError;
 use crate::exported::Exported;
 use crate::format::Format;
-use source::{Source, Symmetry};
+pub(crate) use deviation::Deviation;
+pub(crate) use source::{Source, Symmetry};
 
-/// Error if a BRDF's program has no table in a format.
+/// Error if a BRDF's program has no table or fit in a format.
 pub(crate) fn check(program: &Program, format: Format) -> Result<(), PrintError> {
     if program.bumps().is_some() {
         return Err(PrintError::Bumps(format));

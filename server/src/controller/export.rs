@@ -217,12 +217,12 @@ pub(super) async fn exported(
 ) -> Result<Exported, ApiError> {
     let limited = is_limited(format, energy_limit, &material.genome);
     let is_as_bred = limited == material.genome.is_limited();
-    let is_fast = !format.is_for_path_tracers() && !format.is_table();
+    let is_fast = !format.is_for_path_tracers() && !format.is_table() && !format.is_fit();
     if is_as_bred && material.program.layers().is_empty() && is_fast {
         return export_material(&material.program, format, within).map_err(refused);
     }
     // The limit needs a numeric search, models with tables take milliseconds to prepare, and
-    // formats for path tracers and tables sample the material.
+    // formats for path tracers, tables and fits sample the material.
     let made = move || match is_as_bred {
         true => export_material(&material.program, format, within),
         false => export_genome(&material.genome, format, Some(limited), within),

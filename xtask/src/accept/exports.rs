@@ -55,7 +55,7 @@ const PYTHON: Consumer = Consumer {
 /// As [`PYTHON`], for three.js.
 const THREE: Consumer = Consumer { runtime: Runtime::Node, packages: "three", ..PYTHON };
 
-const CONSUMERS: [Consumer; 7] = [
+const CONSUMERS: [Consumer; 9] = [
     Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba", ..PYTHON },
     // Tables of anisotropic materials have 18 or 52 MB.
     Consumer {
@@ -82,6 +82,8 @@ const CONSUMERS: [Consumer; 7] = [
         programs: &[DISPLAY, GODOT],
         ..PYTHON
     },
+    Consumer { format: "blender", script: "blender", packages: "bpy", ..PYTHON },
+    Consumer { format: "blender-osl", script: "blender", packages: "bpy", ..PYTHON },
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to

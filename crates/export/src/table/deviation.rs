@@ -1,4 +1,4 @@
-//! Difference of a table from the BRDF that it was made from.
+//! Difference of a table or fit from the BRDF that it was made from.
 
 use std::fmt;
 
@@ -7,27 +7,27 @@ use brood_brdf::Brdf;
 use super::source::Source;
 use crate::reflectance::even_pairs;
 
-/// Pairs at which table and BRDF are compared.
+/// Pairs at which the two are compared.
 const PAIRS: usize = 2048;
 
-/// Difference of a table from its BRDF, as fractions.
+/// Difference of a table or fit from its BRDF, as fractions.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Deviation {
+pub(crate) struct Deviation {
     /// Mean |df cos_i| / mean f cos_i.
-    pub(super) mean: f64,
+    pub(crate) mean: f64,
     /// Median of |df| / f over pairs with f above 0.
-    pub(super) median: f64,
+    pub(crate) median: f64,
 }
 
 impl Deviation {
     /// Compares at pairs that are spread evenly, half of them near the mirror direction.
-    pub(super) fn of(table: &dyn Brdf, source: &Source<'_>) -> Self {
+    pub(crate) fn of(made: &dyn Brdf, source: &Source<'_>) -> Self {
         let pairs = even_pairs(PAIRS);
         let wanted = source.f(&pairs);
         let (mut difference, mut sum) = (0.0, 0.0);
         let mut ratios = Vec::with_capacity(pairs.len());
         for (pair, f) in pairs.iter().zip(wanted) {
-            let off = (table.f(pair) - f).abs().element_sum();
+            let off = (made.f(pair) - f).abs().element_sum();
             difference += off * pair.cos_i();
             sum += f.abs().element_sum() * pair.cos_i();
             if f.element_sum() > 0.0 {
@@ -49,7 +49,7 @@ impl fmt::Display for Deviation {
         let percent = |share: f64| format!("{:.3} %", 100.0 * share);
         write!(
             f,
-            "error of the table {}, median over pairs {} (mean |df cos| / mean f cos, {PAIRS} \
+            "error {}, median over pairs {} (mean |df cos| / mean f cos, {PAIRS} \
              pairs, half near the mirror direction)",
             percent(self.mean),
             percent(self.median),

@@ -29,7 +29,7 @@ pub fn mean_positions() -> [DVec2; POSITIONS] {
 
 /// Turns about the normal that keep f.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Symmetry {
+pub(crate) enum Symmetry {
     /// Any turn.
     Isotropic,
     /// Half a turn.
@@ -39,7 +39,7 @@ pub(super) enum Symmetry {
 }
 
 /// A BRDF that a table is made of.
-pub(super) struct Source<'a> {
+pub(crate) struct Source<'a> {
     kind: Kind<'a>,
     symmetry: Symmetry,
     is_reciprocal: bool,
@@ -53,7 +53,7 @@ enum Kind<'a> {
 
 impl<'a> Source<'a> {
     /// Takes a program without bumps. Programs and models are unchanged by half a turn.
-    pub(super) fn of_program(program: &'a Program) -> Self {
+    pub(crate) fn of_program(program: &'a Program) -> Self {
         let positions =
             if reads_texture(program) { mean_positions().to_vec() } else { vec![DVec2::ZERO] };
         let symmetry = if is_anisotropic(program) { Symmetry::Half } else { Symmetry::Isotropic };
@@ -62,7 +62,7 @@ impl<'a> Source<'a> {
     }
 
     /// Takes a measured BRDF. Its symmetry is that of its values.
-    pub(super) fn of_measured(brdf: &'a dyn Brdf) -> Self {
+    pub(crate) fn of_measured(brdf: &'a dyn Brdf) -> Self {
         let is_kept = |angle: f64| {
             let (mut change, mut sum) = (0.0, 0.0);
             for pair in even_pairs(SYMMETRY_PAIRS) {
@@ -81,17 +81,17 @@ impl<'a> Source<'a> {
         Self { kind: Kind::Measured(brdf), symmetry, is_reciprocal }
     }
 
-    pub(super) fn symmetry(&self) -> Symmetry {
+    pub(crate) fn symmetry(&self) -> Symmetry {
         self.symmetry
     }
 
     /// True if f is the same for exchanged directions.
-    pub(super) fn is_reciprocal(&self) -> bool {
+    pub(crate) fn is_reciprocal(&self) -> bool {
         self.is_reciprocal
     }
 
     /// f of each pair.
-    pub(super) fn f(&self, pairs: &[DirectionPair]) -> Vec<DVec3> {
+    pub(crate) fn f(&self, pairs: &[DirectionPair]) -> Vec<DVec3> {
         match &self.kind {
             // Numbers of tables have 32 bits.
             Kind::Measured(brdf) => {
@@ -106,7 +106,7 @@ impl<'a> Source<'a> {
     }
 
     /// Words about the BRDF, for people.
-    pub(super) fn words(&self) -> String {
+    pub(crate) fn words(&self) -> String {
         let Kind::Program(program, positions) = &self.kind else {
             return "measured material, without energy limit".to_owned();
         };

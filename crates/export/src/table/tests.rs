@@ -37,7 +37,7 @@ fn bytes(program: &Program, format: Format) -> Vec<u8> {
 
 /// Mean |df cos_i| / mean f cos_i.
 fn error(table: &dyn Brdf, source: &Source<'_>) -> f64 {
-    deviation::Deviation::of(table, source).mean
+    Deviation::of(table, source).mean
 }
 
 #[test]
@@ -54,7 +54,7 @@ fn rgl_tables_read_back_as_the_material() {
         let read = Rgl::read(&exported.bytes).unwrap();
         let error = error(&Swapped(&read), &Source::of_program(&program));
         assert!(error < bound, "{error} {:?} {}", exported.note, program.hash());
-        let stated = format!("error of the table {:.3} %", 100.0 * error);
+        let stated = format!("error {:.3} %", 100.0 * error);
         assert!(exported.note.unwrap().contains(&stated), "{stated}");
     }
 }
