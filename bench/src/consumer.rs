@@ -1,7 +1,7 @@
 //! `brood bench consumer`: writes materials in an export format, with values of f by the reference.
 //!
 //! A test by the program that reads the format compares its own values with these; fits, and tables
-//! that brood reads too, are compared here. The materials are all presets, models of all kinds, random
+//! that brood reads, are compared here. The materials are all presets, models of all kinds, random
 //! programs, programs with layers, with textures and with bumps. A file `cases.json` lists them,
 //! with the reasons why some are refused.
 

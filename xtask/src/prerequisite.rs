@@ -12,8 +12,14 @@ use anyhow::{Result, bail};
 use crate::shell;
 
 /// npm packages of the page's checks, in the versions of tests/browser/package-lock.json.
-const NPM_PACKAGES: [&str; 5] =
-    ["playwright-core", "axe-core", "typescript", "openapi-typescript", "@redocly/openapi-core"];
+const NPM_PACKAGES: [&str; 6] = [
+    "playwright-core",
+    "axe-core",
+    "typescript",
+    "openapi-typescript",
+    "@redocly/openapi-core",
+    "gltf-validator",
+];
 
 /// Reference compiler of GLSL.
 const GLSL_COMPILER: &str = "glslangValidator";
@@ -178,8 +184,8 @@ fn apt_get() -> Result<Command> {
     Ok(command)
 }
 
-/// Installs the browser's driver, and the page's checkers of accessibility, types and openapi.json,
-/// unless the locked versions are installed.
+/// Installs the browser's driver, the page's checkers of accessibility, types and openapi.json, and
+/// the validator of glTF, unless the locked versions are installed.
 pub fn install_browser_driver() -> Result<()> {
     let folder = shell::root().join("tests/browser");
     let lock = std::fs::read_to_string(folder.join("package-lock.json"))?;

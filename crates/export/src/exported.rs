@@ -5,7 +5,8 @@
 pub struct Exported {
     /// Content of the file; UTF-8 unless the format is binary.
     pub bytes: Vec<u8>,
-    /// Content of a table or fit and its distance from the material; `None` for code, which is exact.
+    /// Content of a table or fit and its distance from the material; `None` for code, which is
+    /// exact.
     pub note: Option<String>,
 }
 

@@ -37,6 +37,8 @@ pub enum Format {
     Blender,
     /// Shader for the Script node of Blender's Cycles.
     BlenderOsl,
+    /// glTF's own material on a sphere.
+    Gltf,
 }
 
 /// Error of parsing the name of a format.
@@ -46,7 +48,7 @@ pub struct FormatError;
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::GlslEs300,
         Self::Glsl410,
         Self::Wgsl,
@@ -63,6 +65,7 @@ impl Format {
         Self::Godot3,
         Self::Blender,
         Self::BlenderOsl,
+        Self::Gltf,
     ];
 
     /// Name of a file for a stem such as `brood-1a2b3c4d`. Files of Python have names that Python
@@ -95,7 +98,7 @@ mod tests {
         }
         let error = "cg".parse::<Format>().unwrap_err();
         let known = "unknown format; known formats: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf, three-page, \
-                     three-tsl, vrm-mtoon, mitsuba, rgl-bsdf, merl, samples-csv, materialx, godot-3, blender, blender-osl";
+                     three-tsl, vrm-mtoon, mitsuba, rgl-bsdf, merl, samples-csv, materialx, godot-3, blender, blender-osl, gltf";
         assert_eq!(error.to_string(), known);
     }
 }

@@ -36,6 +36,16 @@ impl Mesh {
     /// Khronos, *glTF 2.0 Specification*, sections 3.7.2 and 4.4.
     #[must_use]
     pub fn to_glb(&self) -> Vec<u8> {
+        self.glb(None)
+    }
+
+    /// As [`Mesh::to_glb`], with a material of glTF. Its extensions are listed as used.
+    #[must_use]
+    pub fn to_glb_with(&self, material: &Value) -> Vec<u8> {
+        self.glb(Some(material))
+    }
+
+    fn glb(&self, material: Option<&Value>) -> Vec<u8> {
         let parts = self.parts();
         let unit = |vector: &DVec3| vector.as_vec3().normalize_or(Vec3::Z).to_array();
         let positions: Vec<[f32; 3]> =
@@ -68,7 +78,8 @@ impl Mesh {
         let corners: Vec<[u32; 1]> =
             parts.triangles.iter().flatten().map(|&corner| [corner]).collect();
         let indices = file.add(ELEMENT_ARRAY_BUFFER, UNSIGNED_INT, "SCALAR", &corners, |_| {});
-        file.finish(&json!({ "attributes": attributes, "indices": indices, "mode": 4 }))
+        let primitive = json!({ "attributes": attributes, "indices": indices, "mode": 4 });
+        file.finish(primitive, material)
     }
 }
 
@@ -106,8 +117,11 @@ impl GlbBuilder {
     }
 
     /// Returns the file with one mesh of this primitive.
-    fn finish(self, primitive: &Value) -> Vec<u8> {
-        let document = json!({
+    fn finish(self, mut primitive: Value, material: Option<&Value>) -> Vec<u8> {
+        if material.is_some() {
+            primitive["material"] = 0.into();
+        }
+        let mut document = json!({
             "asset": { "version": "2.0", "generator": "brood" },
             "scene": 0,
             "scenes": [{ "nodes": [0] }],
@@ -117,6 +131,12 @@ impl GlbBuilder {
             "bufferViews": self.views,
             "accessors": self.accessors,
         });
+        if let Some(material) = material {
+            document["materials"] = json!([material]);
+            if let Some(extensions) = material["extensions"].as_object() {
+                document["extensionsUsed"] = extensions.keys().cloned().collect();
+            }
+        }
         let mut text = document.to_string().into_bytes();
         text.resize(text.len().next_multiple_of(4), b' ');
         let length = |bytes: usize| u32::try_from(bytes).expect("a mesh is smaller than 4 GiB");
@@ -173,6 +193,17 @@ mod tests {
             assert_eq!(description["accessors"][0]["min"][1].as_f64(), Some(f64::from(lowest)));
             assert_eq!(description["accessors"][4]["count"], 3 * mesh.triangle_count());
         }
+    }
+
+    #[test]
+    fn glb_has_the_material_and_lists_its_extensions() {
+        let material = json!({ "name": "red", "extensions": { "KHR_materials_sheen": {} } });
+        let (description, _) = read(&Mesh::builtin(BuiltinMesh::Torus).to_glb_with(&material));
+        assert_eq!(description["materials"], json!([material]));
+        assert_eq!(description["extensionsUsed"], json!(["KHR_materials_sheen"]));
+        assert_eq!(description["meshes"][0]["primitives"][0]["material"], 0);
+        let (without, _) = read(&Mesh::builtin(BuiltinMesh::Torus).to_glb());
+        assert!(without.get("materials").is_none());
     }
 
     #[test]

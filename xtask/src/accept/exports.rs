@@ -55,7 +55,7 @@ const PYTHON: Consumer = Consumer {
 /// As [`PYTHON`], for three.js.
 const THREE: Consumer = Consumer { runtime: Runtime::Node, packages: "three", ..PYTHON };
 
-const CONSUMERS: [Consumer; 9] = [
+const CONSUMERS: [Consumer; 10] = [
     Consumer { format: "mitsuba", script: "mitsuba_plugin", packages: "mitsuba", ..PYTHON },
     // Tables of anisotropic materials have 18 or 52 MB.
     Consumer {
@@ -84,6 +84,7 @@ const CONSUMERS: [Consumer; 9] = [
     },
     Consumer { format: "blender", script: "blender", packages: "bpy", ..PYTHON },
     Consumer { format: "blender-osl", script: "blender", packages: "bpy", ..PYTHON },
+    Consumer { format: "gltf", script: "gltf", packages: "gltf", ..PYTHON },
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to
@@ -144,6 +145,9 @@ impl Consumer {
         python.install(&script(&format!("{}.txt", self.packages)))?;
         if self.packages == "mitsuba" {
             python.find_llvm()?;
+        }
+        if self.format == "gltf" {
+            prerequisite::install_browser_driver()?;
         }
         let mut read = python.command();
         read.arg(script(&format!("{}.py", self.script))).arg(files);

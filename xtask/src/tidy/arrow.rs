@@ -23,7 +23,7 @@ const ARROWS: [(&str, &str); 20] = [
     ("eval", "program genome scene light mesh brdf"),
     // Its tests run what export prints.
     ("gpu", "eval export program genome scene brdf"),
-    ("export", "eval program genome brdf scene"),
+    ("export", "eval program genome brdf mesh scene"),
     ("inspect", "eval program genome scene light mesh brdf"),
     ("target", "eval program genome scene light mesh brdf"),
     ("search", "target eval program genome scene light mesh brdf"),

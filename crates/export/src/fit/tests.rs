@@ -71,6 +71,23 @@ fn fits_reflect_as_much_light_as_the_material() {
 }
 
 #[test]
+fn previews_hold_the_material_and_its_error() {
+    for (program, bound) in [
+        (expressed(".model lambert\n"), 0.01),
+        (preset("model-chrome"), 0.06),
+        (preset("model-gold"), 0.12),
+    ] {
+        let fit = fitted(&program, Format::Gltf).unwrap();
+        let deviation = Deviation::of(&*fit, &Source::of_program(&program));
+        assert!(deviation.mean < bound, "{deviation} of {}", program.hash());
+        let exported = of_program(&program, Format::Gltf).unwrap();
+        let text = String::from_utf8_lossy(&exported.bytes);
+        assert!(text.starts_with("glTF") && text.contains("KHR_materials_specular"));
+        assert!(text.contains(&deviation.to_string()) && exported.note.is_some());
+    }
+}
+
+#[test]
 fn fits_refuse_bumps() {
     let program = expressed(".model lambert\n.bump strength 0.5\n.bump MOV R0, R0\n");
     assert_eq!(fitted(&program, Format::Blender).err(), Some(PrintError::Bumps(Format::Blender)));
