@@ -88,6 +88,8 @@
  *
  * @typedef {api.ExportFormat} ExportFormat
  *
+ * @typedef {api.ExportAnswer} ExportAnswer
+ *
  * @typedef {api.EnvironmentMean} EnvironmentMean
  *
  * @typedef {api.Energy} Energy

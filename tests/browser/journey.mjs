@@ -9,6 +9,7 @@ import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
+import { broodExport } from "./brood_export.mjs";
 import { bumps, bumpsLive } from "./bumps.mjs";
 import { clearLive } from "./clear_live.mjs";
 import { compare, compareByFinger } from "./compare.mjs";
@@ -286,6 +287,7 @@ async function keeping(app, base) {
 
 async function looking(app, base) {
   await inspect(app, step, shotOf(app), base);
+  await broodExport(app, step, shotOf(app), base);
 }
 
 async function searching(app, base) {

@@ -7,7 +7,7 @@ import { strict as assert } from "node:assert";
  * Samples of a diffuse material with two lobes around the half vector and a few percent of noise,
  * as in measurements: an exact target would have a front of one.
  */
-function samples(count) {
+export function samples(count) {
   let state = 7;
   const draw = () => (state = (state * 1103515245 + 12345) % 2147483648) / 2147483648;
   const direction = () => {

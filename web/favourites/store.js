@@ -1,6 +1,6 @@
 /**
- * Store of the favourites of all lineages: what is listed, what is chosen for a download or a
- * comparison, and what a download contains.
+ * Store of the favourites of all lineages: what is listed, and what is chosen for a download or a
+ * comparison.
  *
  * @import { Favourite } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
@@ -34,10 +34,6 @@ class FavouritesStore {
   busyId = signal(null);
   /** Ids of those that are chosen. @type {Signal<Set<string>>} */
   chosenIds = signal(new Set());
-  /** Formats of a download, by name. @type {Signal<string[]>} */
-  formats = signal(["brood", "png"]);
-  /** Side of the pictures of a download, as typed. @type {Signal<string>} */
-  side = signal("512");
 
   /**
    * Ids of those whose large pictures are requested: those that have loaded, and the next two. More

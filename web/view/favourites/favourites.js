@@ -10,11 +10,12 @@ import {
 } from "../../favourites/list.js";
 import { ALL, favouritesStore } from "../../favourites/store.js";
 import { lineageStore } from "../../lineage/store.js";
+import { slug } from "../../page/file_name.js";
+import { Archive } from "../archive.js";
 import { typed } from "../control.js";
 import { DialogTitle, modal } from "../dialog.js";
 import { html } from "../html.js";
 import { ProblemBox } from "../problem.js";
-import { Archive } from "./archive.js";
 import { Tile } from "./tile.js";
 
 const opened = modal();
@@ -35,6 +36,12 @@ function Filter() {
   `;
 }
 
+/** Name of the file: of the lineage if all are from one. @param {Favourite[]} of */
+function archiveName(of) {
+  const names = new Set(of.map(lineageName));
+  return `${names.size === 1 ? slug([...names][0]) : "favourites"}-${of.length}.zip`;
+}
+
 /** Actions on the chosen favourites. @param {{of: Favourite[], chosen: Favourite[]}} props */
 function Tools({ of, chosen }) {
   const all = of.length > 0 && chosen.length === of.length;
@@ -44,7 +51,7 @@ function Tools({ of, chosen }) {
       <button type="button" data-testid="favourites-all" disabled=${of.length === 0} onClick=${() => chooseAll(!all)}>${all ? "Choose none" : "Choose all"}</button>
       <span class="small grow" data-testid="favourites-count">${chosen.length > 0 ? `${chosen.length} chosen` : ""}</span>
       <button type="button" data-testid="favourites-compare" title=${`Pictures, differences, curves and figures of ${FEWEST} to ${MOST}`} disabled=${chosen.length < FEWEST || chosen.length > MOST} onClick=${compareFavourites}>Compare side by side</button>
-      <${Archive} of=${chosen} />
+      <${Archive} id="archive" title="Save as ZIP" members=${{ individuals: chosen.map(({ id }) => id) }} count=${chosen.length} what=${String(chosen.length)} name=${archiveName(chosen)} place="favourites" />
     </div>
   `;
 }

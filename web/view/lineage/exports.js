@@ -11,6 +11,7 @@ import { movingAngle } from "../../live/light_circle.js";
 import { fileName, slug } from "../../page/file_name.js";
 import { SIDE_PX, requestedSize } from "../../page/size.js";
 import { sceneStore } from "../../scene/store.js";
+import { Archive } from "../archive.js";
 import { Switch, typed } from "../control.js";
 import { Download } from "../download.js";
 import { html } from "../html.js";
@@ -106,6 +107,12 @@ const OfBrood = ({ within, name, place }) => html`
     path=${() => `/v1/generations/${within.id}/sheet.apng?size=96&frames=24`} /></li>
 `;
 
+/** All children in one file. @param {{within: Generation, name: string, place: Place}} props */
+function WholeBrood({ within, name, place }) {
+  const count = within.individuals.length;
+  return html`<${Archive} flat id="brood-export" title=${`Export all ${count}`} members=${{ generation: within.id }} count=${count} what=${`all ${count}`} name=${fileName(name, within.id, "brood.zip")} place=${place} />`;
+}
+
 /** The shown object. @param {{place: Place}} props */
 function Mesh({ place }) {
   const scene = sceneStore.scene.value;
@@ -135,5 +142,6 @@ export function Exports({ of, name, within, place, isElsewhere = false }) {
         ${within && html`<${OfBrood} within=${within} name=${name} place=${place} />`}
       </ul>
     </details>
+    ${within && html`<${WholeBrood} within=${within} name=${name} place=${place} />`}
   `;
 }

@@ -3,6 +3,7 @@
  *
  * @import { Found, Job } from "../../model.js"
  */
+import { slug } from "../../page/file_name.js";
 import { changeState } from "../../search/job.js";
 import { searchStore } from "../../search/store.js";
 import { searchAgain } from "../../search/target.js";
@@ -10,6 +11,7 @@ import {
   budgetInWords, canBe, choiceInWords, counted, duration, errorInWords, hasEnded, kindInWords,
   nameOfTarget, reasonInWords, stateInWords,
 } from "../../search/words.js";
+import { Archive } from "../archive.js";
 import { Fact } from "../control.js";
 import { html } from "../html.js";
 import { ProblemBox } from "../problem.js";
@@ -141,6 +143,7 @@ function frontPlaceholder(of) {
 
 /** @param {{of: Job}} props */
 function Front({ of }) {
+  const count = searchStore.front.value.length;
   return html`
     <figure class="chart" data-testid="search-front">
       <h3 title="Held out: samples that the search has not seen">E log, held out, against length</h3>
@@ -148,6 +151,7 @@ function Front({ of }) {
         ? html`<${FrontChart} of=${searchStore.front.value} chosen=${searchStore.chosenResult.value} onPick=${pick} /><${Table} of=${searchStore.front.value} />
           <p class="small" data-testid="front-choice">${choiceInWords(searchStore.front.value)}</p>`
         : html`<p class="small hollow">${frontPlaceholder(of)}</p>`}
+      ${hasEnded(of) && count > 0 && html`<${Archive} flat id="front-export" title=${count > 1 ? `Export all ${count}` : "Export as ZIP"} members=${{ job: of.id }} count=${count} what=${count > 1 ? `all ${count}` : "it"} name=${`${slug(of.name)}-front.zip`} place="job" />`}
     </figure>
   `;
 }
