@@ -2,8 +2,8 @@
 //!
 //! [`lease`] serves workers, the same for all kinds of jobs, with the leases in [`table`] and the
 //! waiting workers in [`queue`]. [`kind`] defines what differs. The kinds are services:
-//! [`PictureService`], which serves picture requests by render jobs, [`Searches`] and [`Exports`]. [`history`]
-//! keeps finished render jobs.
+//! [`PictureService`], which serves picture requests by render jobs, [`Searches`] and [`Exports`].
+//! [`history`] keeps finished render jobs.
 
 mod export;
 mod history;
