@@ -91,8 +91,7 @@ def calls(made: object) -> Iterator[Call[Any]]:
         yield made.first
     elif isinstance(made, Watch | Render):
         yield made.call
-    else:
-        elif isinstance(made, Archive):
+    elif isinstance(made, Archive):
         yield made.begin
     else:
         assert isinstance(made, Adoption | Wait), made
