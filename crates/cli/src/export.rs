@@ -21,13 +21,14 @@ pub struct ExportArgs {
     /// Genome, as a `.brood` or JSON file; - is stdin. A measured material for formats of tables:
     /// MERL .binary, RGL .bsdf, samples .csv, goniometer .brdf, image slice .exr
     material: PathBuf,
-    /// Format: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf; three-page, three-tsl (three.js);
-    /// mitsuba (a plugin); rgl-bsdf, merl, samples-csv (tables); vrm-mtoon for simple painted
+    /// Format: glsl-es-300, glsl-410, wgsl, hlsl, disney-brdf, materialx, godot-3; three-page,
+    /// three-tsl (three.js); mitsuba (a plugin); rgl-bsdf, merl, samples-csv (tables); blender,
+    /// blender-osl, gltf (fits); vrm-mtoon for simple painted
     /// materials
     #[arg(long, value_name = "FORMAT", default_value = "glsl-es-300")]
     format: Format,
     /// Energy limit: divide by the largest albedo if that is above 1. By default on in formats for
-    /// path tracers (mitsuba, rgl-bsdf, merl), in others as the genome says
+    /// path tracers (mitsuba, rgl-bsdf, merl, fits), in others as the genome says
     #[arg(long, value_name = "on|off", value_parser = on_off)]
     limit: Option<bool>,
     /// Number of lights of the function of a painted material, 1 to 8

@@ -51,7 +51,7 @@ const SHEEN_ROUGHNESS: usize = 12;
 const COAT: usize = 13;
 const COAT_ROUGHNESS: usize = 14;
 const ANISOTROPY: usize = 15;
-/// Roughnesses and metallic shares at which the search starts.
+/// Roughnesses of which the search starts at the best.
 const ROUGHNESSES: [f64; 4] = [0.15, 0.35, 0.6, 0.9];
 
 /// A material of glTF.
@@ -107,14 +107,14 @@ impl Preview {
                 let mut step = FIRST_STEP;
                 while step > LAST_STEP {
                     let before = least;
-                    for place in 0..COUNT {
+                    for (place, largest) in LARGEST.into_iter().enumerate() {
                         if place == ANISOTROPY && is_isotropic {
                             continue;
                         }
                         for sign in [1.0, -1.0] {
                             let mut other = best.clone();
                             let value = best.parameters[place] + sign * step;
-                            let value = value.clamp(0.0, LARGEST[place]);
+                            let value = value.clamp(0.0, largest);
                             other.parameters[place] = (value * ROUNDING).round() / ROUNDING;
                             let found = error(&other);
                             if found < least {
