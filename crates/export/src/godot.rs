@@ -101,10 +101,9 @@ impl Structure {
     /// Text with the matrix instead of the structure.
     fn replaced(&self, text: &str) -> String {
         let name = &self.name;
-        let text = text
-            .replace(&format!("{name}("), &format!("make_{name}("))
-            .replace(&format!(": {name}"), ": mat4")
-            .replace(&format!("-> {name}"), "-> mat4");
+        let text =
+            text.replace(&format!(": {name}"), ": mat4").replace(&format!("-> {name}"), "-> mat4");
+        let text = with_words(&text, |word| (word == name).then(|| format!("make_{name}")));
         let mut done = String::with_capacity(text.len());
         let mut rest = text.as_str();
         while let Some((before, after)) = rest.split_once('.') {
