@@ -295,7 +295,7 @@ mod tests {
         );
         assert_eq!(
             numbers("float p2 = s1 * -9.094947e-13 + vec2(0.25).x; // 1"),
-            "float p2 = s1 * -intBitsToFloat(721420288) + vec2(0.25).x; // 1\n"
+            "float p2 = s1 * -intBitsToFloat(729808896) + vec2(0.25).x; // 1\n"
         );
     }
 
@@ -325,7 +325,7 @@ mod tests {
             "brood 1\n.model cook-torrance\n",
             "brood 1\n.model rough-plastic\n",
             "brood 1\n.model sgd\n",
-            "brood 1\n.dialect paper smooth registers 7\nSIN R0, R0\nRSQ R1, R0.x\nADD R0, R0, R1\n",
+            "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\nSPL R1, R0.x\n",
         ] {
             let shader = shader(&Program::lower(&text.parse::<Genome>().unwrap()), 1.0);
             assert!(shader.starts_with("shader_type spatial;\n"), "{shader}");
