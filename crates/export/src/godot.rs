@@ -325,7 +325,7 @@ mod tests {
             "brood 1\n.model cook-torrance\n",
             "brood 1\n.model rough-plastic\n",
             "brood 1\n.model sgd\n",
-            "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\nSPL R1, R0.x\n",
+            "brood 1\n.dialect paper smooth registers 7\nSIN R0.xy, R0.x\n",
         ] {
             let shader = shader(&Program::lower(&text.parse::<Genome>().unwrap()), 1.0);
             assert!(shader.starts_with("shader_type spatial;\n"), "{shader}");
