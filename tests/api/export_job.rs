@@ -104,7 +104,7 @@ async fn export_job_survives_kill_9_and_keeps_the_files_that_are_made() {
     let manifest: Value = serde_json::from_slice(&found[24].1).unwrap();
     for (material, individual) in manifest["materials"].as_array().unwrap().iter().zip(&names) {
         assert_eq!(material["individual"], json!(individual));
-        assert!(text_of(&material["files"][0]["note"]).contains("error of the table"));
+        assert!(text_of(&material["files"][0]["note"]).contains("; error "));
     }
     for path in [format!("/v1/individuals/{}/exports/rgl-bsdf", names[11])] {
         assert!(found[22].1 == server.get(&path).await.expect(200).body, "the same table");

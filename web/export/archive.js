@@ -52,7 +52,7 @@ export function archiveProblem(count, formats, side) {
 }
 
 /**
- * True if a file has so many tables that a job makes it.
+ * True if a job makes the file, because of its number of tables.
  * @param {number} count
  * @param {string[]} formats
  * @param {ExportFormat[]} known

@@ -54,7 +54,10 @@ function Job({ of, members, name, place, id }) {
   `;
 }
 
-/** @param {{members: Members, count: number, name: string, place: Place, id: string, what: string}} props */
+/**
+ * @param {{members: Members, count: number, name: string, place: Place, id: string,
+ *   what: string}} props
+ */
 function Choice({ members, count, name, place, id, what }) {
   const formats = exportStore.formats.value;
   const side = exportStore.side.value;

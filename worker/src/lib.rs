@@ -1,4 +1,4 @@
-//! Worker: leases render jobs, searches and exports from a server, runs them and reports the results.
+//! Worker: leases render jobs, searches and exports from a server, runs them and reports results.
 //!
 //! Render jobs run on the fastest bit-exact evaluator, which is chosen by a benchmark at the start;
 //! meshes, sample sets, programs and targets are cached. [`run`] renders, [`run_searches`]

@@ -3,8 +3,8 @@
 //! Godot's shading language is GLSL without structures, tables outside of functions, hexadecimal
 //! numbers and the suffix `u`. Godot parses a shader and prints numbers with 6 digits, so numbers
 //! that need more are given by their bits. The colour of a light is pi times its energy, such that
-//! a white diffuse surface, f = 1 / pi, has the brightness 1: f cos times that colour is Godot's own
-//! unit of light.
+//! a white diffuse surface, f = 1 / pi, has the brightness 1: f cos times that colour is Godot's
+//! own unit of light.
 
 use std::collections::HashMap;
 use std::fmt::Write;

@@ -1,7 +1,7 @@
 //! Exports: claims and reports.
 //!
 //! Workers make the files one by one. A file is written to disk before it is recorded, so that an
-//! export goes on with the next file after any end of server or worker. The disk space of all
+//! export continues with the next file after any end of server or worker. The disk space of all
 //! exports is bounded: the oldest that have ended give way.
 
 #[cfg(test)]
@@ -186,7 +186,7 @@ impl Exports {
                 Ok(export)
             }
             Err(StorageError::Conflict { .. } | StorageError::NotFound) => {
-                // Cancelled while the file was written; another lease goes on with what is there.
+                // Cancelled while the file was written; another lease keeps the files.
                 let state = self.store.export(job).await.map(|export| export.state);
                 if !matches!(
                     state,

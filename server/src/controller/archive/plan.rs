@@ -35,7 +35,7 @@ pub enum Members {
     Job(JobId),
 }
 
-/// What an archive has of each individual.
+/// Files of each individual of an archive.
 #[derive(Debug, Clone)]
 pub struct Content {
     /// Formats, each once.
@@ -74,7 +74,7 @@ pub struct PlannedMaterial {
     pub individual: IndividualId,
     /// Content hash of its genome.
     pub hash: GenomeHash,
-    /// Its lineage.
+    /// Lineage of the individual.
     pub lineage: LineageId,
     /// Scene of its pictures.
     pub scene: SceneId,
@@ -97,7 +97,7 @@ pub struct PlannedFile {
     pub name: String,
     /// Format.
     pub format: Kind,
-    /// Of tables: resolution, and error of the made table.
+    /// Note of a table: resolution, and error of the made table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
 }
