@@ -53,6 +53,8 @@ struct Options {
     peers: bool,
     client: bool,
     exports: bool,
+    /// Formats of `exports`; all if empty.
+    formats: Vec<String>,
     data: Option<PathBuf>,
 }
 
@@ -67,6 +69,11 @@ impl Options {
                 "--peers" => options.peers = true,
                 "--client" => options.client = true,
                 "--exports" => options.exports = true,
+                "--formats" => {
+                    let formats = words.next().context("--formats needs names")?;
+                    options.formats = formats.split(',').map(str::to_owned).collect();
+                    options.exports = true;
+                }
                 "--data" => {
                     options.data = Some(words.next().context("--data needs a folder")?.into())
                 }
@@ -103,7 +110,7 @@ pub fn run(words: &[&str]) -> Result<()> {
         step("metrics", bench::metrics(&binaries.join("brood")));
     }
     if options.exports {
-        step("exports", exports::run(&binaries, &target));
+        step("exports", exports::run(&binaries, &target, &options.formats));
     }
     if options.client {
         step("generated client", client::run(&binaries.join("brood"), &target));
@@ -242,6 +249,7 @@ mod tests {
     fn options_are_rejected_when_a_word_is_unknown_or_a_value_is_missing() {
         assert!(Options::parse(&["--all"]).is_err());
         assert!(Options::parse(&["--data"]).is_err());
+        assert!(Options::parse(&["--formats"]).is_err());
     }
 
     #[test]
@@ -250,6 +258,8 @@ mod tests {
         let long =
             Options::parse(&["--long", "--peers", "--client", "--exports", "--data", "d"]).unwrap();
         assert!(long.long && long.peers && long.client && long.exports && long.data.is_some());
+        let some = Options::parse(&["--formats", "hlsl,gltf"]).unwrap();
+        assert!(some.exports && some.formats == ["hlsl", "gltf"]);
     }
 
     #[test]

@@ -25,10 +25,12 @@ const USAGE: &str = "usage: cargo xtask <task>
   ci                          the same; what .ci/run calls
   dev                         quick loop: check and unit tests without the gpu feature
   golden [--update]           compare the golden images, or rewrite them; report in target/golden/
-  accept [--short | --long] [--peers] [--client] [--exports] [--data DIR]
+  accept [--short | --long] [--peers] [--client] [--exports | --formats NAME,...]
+                              [--data DIR]
                               check functions against f64 and random programs, for some arguments or for all 2^32;
                               --client: call the API with a client that openapi-python-client generates;
-                              --exports: read exported materials with the programs that the formats are for
+                              --exports: read exported materials with the programs that the formats are for;
+                              --formats NAME,...: as --exports, of some formats
   callgrind [--update]        compare instruction counts of fixed work with docs/bench/instructions.json, or update it
   bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
                               compare the speed of other programs on the same work, installed below target/

@@ -88,12 +88,18 @@ const CONSUMERS: [Consumer; 10] = [
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to
-/// `target/exports/FORMAT.jsonl`.
-pub(super) fn run(binaries: &Path, target: &Path) -> Result<()> {
+/// `target/exports/FORMAT.jsonl`. Without `formats`, reads all that a program is known for.
+pub(super) fn run(binaries: &Path, target: &Path, formats: &[String]) -> Result<()> {
+    let known = CONSUMERS.map(|consumer| consumer.format);
+    for format in formats {
+        ensure!(known.contains(&format.as_str()), "formats with a program: {}", known.join(", "));
+    }
+    let is_chosen =
+        |consumer: &&Consumer| formats.is_empty() || formats.iter().any(|f| f == consumer.format);
     let folder = target.join("exports");
     let mut failed = Vec::new();
     let mut lines = Vec::new();
-    for consumer in &CONSUMERS {
+    for consumer in CONSUMERS.iter().filter(is_chosen) {
         let started = Instant::now();
         let outcome = consumer.run(binaries, &folder);
         let seconds = started.elapsed().as_secs_f64();
