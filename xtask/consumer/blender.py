@@ -22,7 +22,7 @@ import numpy
 
 # Bound of the difference between Cycles and the fit, mean |df cos| / mean f cos: Cycles samples
 # colour ramps at 256 places, and tiles have positions of 32 bits.
-FIT_ERROR = 0.02
+FIT_ERROR = 0.05
 # Bound of the median over materials of that difference.
 MEDIAN_FIT_ERROR = 2e-3
 # Pixels across and down, and angle of view.
@@ -33,6 +33,10 @@ LIGHT = numpy.array([0.0, 0.0, -100.0])
 INTENSITY = 1e4
 # Angle from the directions in which a tile would be on the line from the camera to the light.
 MARGIN = 1e-3
+# Half the length of a tile, at most, relative to its distance; and the smallest cosine of the eye
+# at which a tile of that length fills the middle of its pixel.
+LENGTH = 0.15
+LEAST_COSINE = 1e-3
 
 
 def doubles(text):
@@ -78,7 +82,8 @@ class Tiles:
         pixels = numpy.empty(len(light), dtype=int)
         pixels[numpy.argsort(-between)] = numpy.argsort(from_light)[: len(light)]
         room = math.pi - between - from_light[pixels]
-        self.cases = numpy.nonzero((room > MARGIN) & (between > MARGIN))[0]
+        is_seen = eye[:, 2] > LEAST_COSINE
+        self.cases = numpy.nonzero((room > MARGIN) & (between > MARGIN) & is_seen)[0]
         self.pixels = pixels[self.cases]
         ray, between = directions[self.pixels], between[self.cases, None]
         along = dot(ray, LIGHT)
@@ -101,7 +106,9 @@ class Tiles:
         tilt = ray_to_eye - cosine * normal
         is_upright = numpy.linalg.norm(tilt, axis=1, keepdims=True) < 1e-6
         tilt = unit(numpy.where(is_upright, tangent, tilt))
-        long = tilt * self.size / cosine
+        # A longer tile would come near the camera, and hide others.
+        distance = numpy.linalg.norm(self.places, axis=1, keepdims=True)
+        long = tilt * numpy.minimum(self.size / cosine, LENGTH * distance)
         wide = numpy.cross(normal, tilt) * self.size
         corners = numpy.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
         offsets = corners[:, 0, None] * long[:, None] + corners[:, 1, None] * wide[:, None]

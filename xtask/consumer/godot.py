@@ -19,9 +19,9 @@ import scene
 
 # Bounds of the error of values, mean |df cos| / mean f cos: the larger of the first, which is the
 # rounding of pixels to 11 bits, and of the second times the change by rounding directions and
-# texture positions to numbers of 32 bits.
+# texture positions to numbers of 32 bits. The vertices of the mesh round them once more.
 VALUE_ERROR = 1e-3
-ROUNDING_RATIO = 2
+ROUNDING_RATIO = 4
 # Brightest value of a picture; pixels hold values up to 65504.
 BRIGHTEST = 16384.0
 # Time for all materials.

@@ -81,7 +81,9 @@ impl Part {
             Self::SinSquaredHalf => {
                 ("f32", "dot(s.xy, s.xy) / max(dot(s, s), 9.094947e-13)", &[Self::Sum])
             }
-            Self::HalfDotLight => ("f32", "sqrt(clamp(0.5 * (1.0 + dot(wi, wo)), 0.0, 1.0))", &[]),
+            // Half the length of the sum of both: 1 + dot(wi, wo) would cancel where they are
+            // nearly opposite.
+            Self::HalfDotLight => ("f32", "clamp(0.5 * sqrt(dot(s, s)), 0.0, 1.0)", &[Self::Sum]),
         }
     }
 }

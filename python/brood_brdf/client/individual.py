@@ -254,7 +254,7 @@ def export(
     uv_within: float | None = None,
     lights: int | None = None,
 ) -> Call[str]:
-    """Returns source code, for example of a shader.
+    """Returns source code, for example of a shader; `export_bytes` has the binary formats.
 
     Args:
         individual: The individual.
@@ -266,6 +266,24 @@ def export(
     query = given(energy_limit=energy_limit, uv_within=uv_within, lights=lights)
     return Call(
         "GET", path_of("individuals", id_of(individual), "exports", format), read_text, query
+    )
+
+
+def export_bytes(
+    individual: Ref,
+    format: str,
+    *,
+    energy_limit: bool | None = None,
+    uv_within: float | None = None,
+    lights: int | None = None,
+) -> Call[bytes]:
+    """Returns the file of an export, of any format.
+
+    The arguments are those of `export`.
+    """
+    query = given(energy_limit=energy_limit, uv_within=uv_within, lights=lights)
+    return Call(
+        "GET", path_of("individuals", id_of(individual), "exports", format), read_bytes, query
     )
 
 
@@ -335,6 +353,7 @@ class Individual(Record):
     lit_spheres = Method(lit_spheres)
     inspection = Method(inspection)
     export = Method(export)
+    export_bytes = Method(export_bytes)
     text = Method(genome_text)
     json = Method(genome_json)
 

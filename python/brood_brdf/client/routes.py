@@ -56,6 +56,7 @@ class Routes:
     lit_spheres = Route(_individual.lit_spheres)
     inspection = Route(_individual.inspection)
     export = Route(_individual.export)
+    export_bytes = Route(_individual.export_bytes)
     export_zip = Route(_export.export_zip)
     export_archive = Route(_export.export_archive)
     start_export = Route(_export.start_export)

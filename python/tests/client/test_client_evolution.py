@@ -173,6 +173,7 @@ def test_genome_is_read_stored_and_exported(lineage: Lineage, client: Client) ->
     formats = {each.name for each in client.export_formats()}
     assert {"wgsl", "glsl-es-300"} <= formats
     assert child.export("wgsl", energy_limit=True) != ""
+    assert child.export_bytes("gltf")[:4] == b"glTF"
     assert client.export_genome(RED, "glsl-es-300", uv_within=1.0) != ""
     assert "energy" in child.inspection()
     compared = client.compare([child, client.store_genome(RED)], size=SIZE_PX)
