@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 
-from brood_brdf.client import Client, Lineage
+from brood_brdf.client import Client, Conflict, Invalid, Lineage
 from client_harness import PNG, SIZE_PX, BroodServer
 
 RED = "brood 1\n.model lambert\nalbedo 0.6 0.05 0.05\n"
