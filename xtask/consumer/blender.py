@@ -7,7 +7,6 @@ values of the fit, as brood computes them, and of the reference. Prints one line
 material, then one with the summary. Exits with 1 if a bound is exceeded.
 """
 
-import base64
 import importlib.util
 import json
 import math
@@ -19,6 +18,8 @@ from pathlib import Path
 
 import bpy
 import numpy
+
+from cases import doubles, finish, listed
 
 # Bound of the difference between Cycles and the fit, mean |df cos| / mean f cos: Cycles samples
 # colour ramps at 256 places, and tiles have positions of 32 bits.
@@ -37,10 +38,6 @@ MARGIN = 1e-3
 # at which a tile of that length fills the middle of its pixel.
 LENGTH = 0.15
 LEAST_COSINE = 1e-3
-
-
-def doubles(text):
-    return numpy.frombuffer(base64.b64decode(text))
 
 
 def unit(vectors):
@@ -208,19 +205,19 @@ def relative(found, wanted):
 
 def main():
     folder = Path(sys.argv[1])
-    listed = json.loads((folder / "cases.json").read_text())
-    pairs = doubles(listed["pairs"]).reshape(-1, 8)
+    given = listed(folder)
+    pairs = doubles(given["pairs"]).reshape(-1, 8)
     light, eye = unit(pairs[:, :3]), unit(pairs[:, 3:6])
     tiles = Tiles(light, eye)
     cosine = pairs[tiles.cases, 2:3]
     results = []
-    for case in listed["cases"]:
+    for case in given["cases"]:
         if "file" not in case:
             continue
         bpy.ops.wm.read_factory_settings(use_empty=True)
         path = folder / case["file"]
         with tempfile.TemporaryDirectory() as scratch:
-            if listed["format"] == "blender":
+            if given["format"] == "blender":
                 material = material_of_nodes(path)
             else:
                 material = material_of_osl(path, scratch)
@@ -237,22 +234,17 @@ def main():
         result["passed"] = result["fit_error"] <= FIT_ERROR
         print(json.dumps(result), flush=True)
         results.append(result)
-    errors = [result["value_error"] for result in results]
-    fit_errors = [result["fit_error"] for result in results]
-    failed = [result["name"] for result in results if not result["passed"]]
-    summary = {
-        "consumer": f"bpy {bpy.app.version_string}",
-        "materials": len(results),
-        "refused": sum("refused" in case for case in listed["cases"]),
-        "pairs": len(tiles.cases),
-        "worst_error": max(errors),
-        "median_error": statistics.median(errors),
-        "worst_fit_error": max(fit_errors),
-        "median_fit_error": statistics.median(fit_errors),
-        "failed": failed,
-    }
-    print(json.dumps(summary))
-    return 1 if failed or summary["median_fit_error"] > MEDIAN_FIT_ERROR else 0
+    errors = [result["fit_error"] for result in results]
+    median = statistics.median(errors)
+    code = finish(
+        f"bpy {bpy.app.version_string}",
+        given["cases"],
+        results,
+        pairs=len(tiles.cases),
+        worst_fit_error=max(errors),
+        median_fit_error=median,
+    )
+    return code or int(median > MEDIAN_FIT_ERROR)
 
 
 if __name__ == "__main__":

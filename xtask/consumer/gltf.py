@@ -7,10 +7,8 @@ are compared with those that brood states and with the reference. Prints one lin
 material, then one with the summary. Exits with 1 if a file has errors or a bound is exceeded.
 """
 
-import base64
 import json
 import math
-import statistics
 import struct
 import subprocess
 import sys
@@ -18,13 +16,11 @@ from pathlib import Path
 
 import numpy
 
+from cases import doubles, finish, listed
+
 # Bound of the difference from brood's own values, mean |df cos| / mean f cos: brood interpolates
 # sheen's share of the light.
 FIT_ERROR = 0.01
-
-
-def doubles(text):
-    return numpy.frombuffer(base64.b64decode(text))
 
 
 def unit(vectors):
@@ -132,12 +128,12 @@ def main():
         ["node", script, folder], check=True, capture_output=True, text=True
     ).stdout
     validated = json.loads(printed)
-    listed = json.loads((folder / "cases.json").read_text())
-    pairs = doubles(listed["pairs"]).reshape(-1, 8)
+    given = listed(folder)
+    pairs = doubles(given["pairs"]).reshape(-1, 8)
     light, eye = unit(pairs[:, :3]), unit(pairs[:, 3:6])
     cosine = light[:, 2:3]
     results = []
-    for case in listed["cases"]:
+    for case in given["cases"]:
         if "file" not in case:
             continue
         material = document(folder / case["file"])["materials"][0]
@@ -154,19 +150,8 @@ def main():
         result["passed"] = is_valid and result["fit_error"] <= FIT_ERROR
         print(json.dumps(result), flush=True)
         results.append(result)
-    errors = [result["value_error"] for result in results]
-    failed = [result["name"] for result in results if not result["passed"]]
-    summary = {
-        "consumer": f"gltf-validator {validated['version']}",
-        "materials": len(results),
-        "refused": sum("refused" in case for case in listed["cases"]),
-        "worst_error": max(errors),
-        "median_error": statistics.median(errors),
-        "worst_fit_error": max(result["fit_error"] for result in results),
-        "failed": failed,
-    }
-    print(json.dumps(summary))
-    return 1 if failed else 0
+    worst = max(result["fit_error"] for result in results)
+    return finish(f"gltf-validator {validated['version']}", given["cases"], results, worst_fit_error=worst)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,6 @@ for each material, then one with the summary. Exits with 1 if a bound is exceede
 
 import json
 import shutil
-import statistics
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +15,7 @@ from pathlib import Path
 import numpy
 
 import scene
+from cases import compared, doubles, finish, listed
 
 # Bounds of the error of values, mean |df cos| / mean f cos: the larger of the first, which is the
 # rounding of pixels to 11 bits, and of the second times the change by rounding directions and
@@ -61,10 +61,10 @@ def values(folder, names):
 
 def main():
     folder = Path(sys.argv[1])
-    listed = scene.listed(folder)
-    pairs = scene.Pairs(listed["pairs"])
+    given = listed(folder)
+    pairs = scene.Pairs(given["pairs"])
     only = sys.argv[2:]
-    cases = [case for case in listed["cases"] if "f" in case]
+    cases = [case for case in given["cases"] if "f" in case]
     cases = [case for case in cases if not only or case["name"] in only]
     project = folder / "project"
     project.mkdir(exist_ok=True)
@@ -76,7 +76,7 @@ def main():
     energies = []
     for case in cases:
         shutil.copy(folder / case["file"], project)
-        wanted = scene.doubles(case["f"]).reshape(-1, 3)
+        wanted = doubles(case["f"]).reshape(-1, 3)
         most = (wanted * pairs.cosine[:, None]).max() * numpy.pi
         energies.append(float(numpy.float32(BRIGHTEST / most)) if most > 0 else 1.0)
     columns = [pairs.picture[:, None], pairs.place, pairs.normal, pairs.tangent, uv]
@@ -91,28 +91,15 @@ def main():
     pixels = values(project, cases)
     results = []
     for case, energy, picture in zip(cases, energies, pixels):
-        wanted = scene.doubles(case["f"]).reshape(-1, 3)
+        wanted = doubles(case["f"]).reshape(-1, 3)
         found = picture[pairs.picture, pairs.pixel, :3].astype(float) / (energy * numpy.pi)
         # Godot's lights have pi times their energy.
         error = pairs.error(found, wanted)
-        bound = max(VALUE_ERROR, ROUNDING_RATIO * case["rounding"])
-        result = {"name": case["name"], "value_error": error, "bound": bound}
-        result["passed"] = bool(error <= bound)
+        result = compared(case, error, VALUE_ERROR, ROUNDING_RATIO)
         print(json.dumps(result), flush=True)
         results.append(result)
     version = subprocess.run(["godot3-runner", "--version"], capture_output=True, text=True)
-    errors = [result["value_error"] for result in results]
-    failed = [result["name"] for result in results if not result["passed"]]
-    summary = {
-        "consumer": f"Godot {version.stdout.split()[0]}",
-        "materials": len(results),
-        "refused": sum("refused" in case for case in listed["cases"]),
-        "worst_error": max(errors),
-        "median_error": statistics.median(errors),
-        "failed": failed,
-    }
-    print(json.dumps(summary))
-    return 1 if failed else 0
+    return finish(f"Godot {version.stdout.split()[0]}", given["cases"], results)
 
 
 if __name__ == "__main__":

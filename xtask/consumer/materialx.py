@@ -12,7 +12,6 @@ one with the summary. Exits with 1 if a bound is exceeded.
 import base64
 import json
 import os
-import statistics
 import struct
 import subprocess
 import sys
@@ -28,6 +27,7 @@ import MaterialX.PyMaterialXRenderGlsl as drawing
 import numpy
 
 import scene
+from cases import compared, doubles, finish, listed
 
 # Bounds of the error of values, mean |df cos| / mean f cos: the larger of this, and of this times
 # the change by rounding directions and texture positions to numbers of 32 bits. The mesh rounds
@@ -204,10 +204,10 @@ def together(tester, folder):
 
 def main():
     folder = Path(sys.argv[1])
-    listed = scene.listed(folder)
-    pairs = scene.Pairs(listed["pairs"])
+    given = listed(folder)
+    pairs = scene.Pairs(given["pairs"])
     only = sys.argv[2:]
-    cases = [case for case in listed["cases"] if "f" in case]
+    cases = [case for case in given["cases"] if "f" in case]
     cases = [case for case in cases if not only or case["name"] in only]
     results = []
     with tempfile.TemporaryDirectory() as temporary:
@@ -219,26 +219,13 @@ def main():
             node = document.getMaterialNodes()[0]
             for target in TARGETS:
                 tester.compiled(target, node, "material")
-            wanted = scene.doubles(case["f"]).reshape(-1, 3)
+            wanted = doubles(case["f"]).reshape(-1, 3)
             error = pairs.error(tester.drawn(node, "material"), wanted)
-            bound = max(VALUE_ERROR, ROUNDING_RATIO * case["rounding"])
-            result = {"name": case["name"], "value_error": error, "bound": bound}
-            result["passed"] = bool(error <= bound)
+            result = compared(case, error, VALUE_ERROR, ROUNDING_RATIO)
             print(json.dumps(result), flush=True)
             results.append(result)
         together(tester, Path(temporary))
-    errors = [result["value_error"] for result in results]
-    failed = [result["name"] for result in results if not result["passed"]]
-    summary = {
-        "consumer": f"MaterialX {mx.getVersionString()}",
-        "materials": len(results),
-        "refused": sum("refused" in case for case in listed["cases"]),
-        "worst_error": max(errors),
-        "median_error": statistics.median(errors),
-        "failed": failed,
-    }
-    print(json.dumps(summary))
-    return 1 if failed else 0
+    return finish(f"MaterialX {mx.getVersionString()}", given["cases"], results)
 
 
 if __name__ == "__main__":

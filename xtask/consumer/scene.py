@@ -6,11 +6,9 @@ pair; a normal and a tangent there turn the pair into these directions. The dept
 free, because the projection is parallel.
 """
 
-import base64
-import json
-from pathlib import Path
-
 import numpy
+
+from cases import doubles
 
 # Pixels of a side of a picture.
 SIDE = 64
@@ -18,10 +16,6 @@ SIDE = 64
 LIGHTS = numpy.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 # Cosine of the angle up to which the second picture has a pair.
 LEVEL = 0.2
-
-
-def doubles(text):
-    return numpy.frombuffer(base64.b64decode(text))
 
 
 def unit(vectors):
@@ -77,7 +71,3 @@ class Pairs:
         wanted = wanted * self.cosine[:, None]
         total = wanted.sum()
         return float(abs(found - wanted).sum() / (total if total > 0 else 1))
-
-
-def listed(folder):
-    return json.loads((Path(folder) / "cases.json").read_text())

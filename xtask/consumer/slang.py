@@ -6,15 +6,15 @@ reference. Needs a C++ compiler. Prints one line of JSON for each material, then
 summary. Exits with 1 if a bound is exceeded.
 """
 
-import base64
 import importlib.metadata
 import json
-import statistics
 import sys
 from pathlib import Path
 
 import numpy
 import slangpy
+
+from cases import compared, doubles, finish, listed
 
 # Bounds of the error of values, mean |df cos| / mean f cos: the larger of this, and of this times
 # the change by rounding directions and texture positions to numbers of 32 bits.
@@ -41,10 +41,6 @@ void run(uint3 id : SV_DispatchThreadID) {
 """
 
 
-def doubles(text):
-    return numpy.frombuffer(base64.b64decode(text))
-
-
 def values(device, name, source, pairs):
     """f of each pair: red, green, blue."""
     module = device.load_module_from_source(name, "#define BROOD_PRECISE\n" + source + KERNEL)
@@ -61,12 +57,13 @@ def values(device, name, source, pairs):
 def main():
     folder = Path(sys.argv[1])
     device = slangpy.Device(type=slangpy.DeviceType.cpu)
-    listed = json.loads((folder / "cases.json").read_text())
-    exact = doubles(listed["pairs"]).reshape(-1, 8)
+    given = listed(folder)
+    cases = given["cases"]
+    exact = doubles(given["pairs"]).reshape(-1, 8)
     pairs = numpy.ascontiguousarray(exact, dtype=numpy.float32)
     cosine = exact[:, 2:3]
     results = []
-    for case in listed["cases"]:
+    for case in cases:
         if "file" not in case or "f" not in case:
             continue
         source = (folder / case["file"]).read_text()
@@ -74,23 +71,10 @@ def main():
         wanted = doubles(case["f"]).reshape(-1, 3)
         total = (wanted * cosine).sum()
         error = (abs(found - wanted) * cosine).sum() / (total if total > 0 else 1)
-        bound = max(VALUE_ERROR, ROUNDING_RATIO * case["rounding"])
-        result = {"name": case["name"], "value_error": error, "bound": bound}
-        result["passed"] = bool(error <= bound)
+        result = compared(case, error, VALUE_ERROR, ROUNDING_RATIO)
         print(json.dumps(result), flush=True)
         results.append(result)
-    errors = [result["value_error"] for result in results]
-    failed = [result["name"] for result in results if not result["passed"]]
-    summary = {
-        "consumer": f"slangpy {importlib.metadata.version('slangpy')}",
-        "materials": len(results),
-        "refused": sum("refused" in case for case in listed["cases"]),
-        "worst_error": max(errors),
-        "median_error": statistics.median(errors),
-        "failed": failed,
-    }
-    print(json.dumps(summary))
-    return 1 if failed else 0
+    return finish(f"slangpy {importlib.metadata.version('slangpy')}", cases, results)
 
 
 if __name__ == "__main__":
