@@ -143,11 +143,7 @@ pub async fn in_time<T>(work: impl Future<Output = Result<T, ApiError>>) -> Resu
 /// # Errors
 /// 400 if a side is not between [`PICTURE_MIN_PX`] and `most_px`.
 pub fn size(text: &str, most_px: u32) -> Result<PictureSize, ApiError> {
-    let sides = PICTURE_MIN_PX..=most_px;
-    let known = text
-        .parse()
-        .ok()
-        .filter(|size: &PictureSize| sides.contains(&size.width) && sides.contains(&size.height));
+    let known = text.parse().ok().filter(|size| is_size(*size, most_px));
     known.ok_or_else(|| {
         let words = format!(
             "must be {PICTURE_MIN_PX} to {most_px} pixels, or width and height such as 640x360, got {}",
@@ -155,6 +151,11 @@ pub fn size(text: &str, most_px: u32) -> Result<PictureSize, ApiError> {
         );
         ApiError::bad_parameter("size", words)
     })
+}
+
+/// True if each side of a picture is between [`PICTURE_MIN_PX`] and `most_px`.
+pub fn is_size(size: PictureSize, most_px: u32) -> bool {
+    [size.width, size.height].iter().all(|side| (PICTURE_MIN_PX..=most_px).contains(side))
 }
 
 /// Checks a query's `size`, the side of a square picture in pixels.

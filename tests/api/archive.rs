@@ -7,7 +7,7 @@ use brood_tests::{TestLineage, TestServer, hashes, ids, text_of};
 use serde_json::{Value, json};
 
 /// Returns the entries of a ZIP file by name, in order.
-fn entries(bytes: Vec<u8>) -> Vec<(String, Vec<u8>)> {
+pub fn entries(bytes: Vec<u8>) -> Vec<(String, Vec<u8>)> {
     let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).unwrap();
     (0..archive.len())
         .map(|index| {
@@ -20,7 +20,7 @@ fn entries(bytes: Vec<u8>) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Returns the manifest: the last entry.
-fn manifest(entries: &[(String, Vec<u8>)]) -> Value {
+pub fn manifest(entries: &[(String, Vec<u8>)]) -> Value {
     let (name, bytes) = entries.last().unwrap();
     assert_eq!(name, "manifest.json");
     serde_json::from_slice(bytes).unwrap()

@@ -1,23 +1,11 @@
 //! Exports as jobs: files of workers, progress, events, download, cancel, restart, and refused
 //! requests.
 
-use std::io::Read;
-
 use brood_tests::{TestLineage, TestServer, ids, text_of};
 use reqwest::Method;
 use serde_json::{Value, json};
 
-fn entries(bytes: Vec<u8>) -> Vec<(String, Vec<u8>)> {
-    let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).unwrap();
-    (0..archive.len())
-        .map(|index| {
-            let mut entry = archive.by_index(index).unwrap();
-            let mut bytes = Vec::new();
-            entry.read_to_end(&mut bytes).unwrap();
-            (entry.name().unwrap().into_owned(), bytes)
-        })
-        .collect()
-}
+use crate::archive::{entries, manifest};
 
 fn has_ended(job: &Value) -> bool {
     !["queued", "running"].iter().any(|state| job["state"] == *state)
@@ -101,7 +89,7 @@ async fn export_job_survives_kill_9_and_keeps_the_files_that_are_made() {
     server.restart();
     let found = entries(server.get(&format!("/v1/jobs/{id}/archive.zip")).await.expect(200).body);
     assert_eq!(found.len(), 25);
-    let manifest: Value = serde_json::from_slice(&found[24].1).unwrap();
+    let manifest = manifest(&found);
     for (material, individual) in manifest["materials"].as_array().unwrap().iter().zip(&names) {
         assert_eq!(material["individual"], json!(individual));
         assert!(text_of(&material["files"][0]["note"]).contains("; error "));

@@ -12,7 +12,7 @@ use super::plan::{Content, Members, Plan};
 use super::zip_file::{HEADERS, zip_file};
 use crate::clock::now_ms;
 use crate::controller::accepted;
-use crate::controller::picture_query::size;
+use crate::controller::picture_query::SIZE;
 use crate::dispatch::export_json;
 use crate::extract::{Json as JsonBody, Path};
 use crate::idempotency::{Begun, IdempotencyKey};
@@ -87,9 +87,12 @@ async fn read(app: &App, asked: CreateExport) -> Result<NewExport, ApiError> {
     };
     let kinds = Kind::list(asked.formats.iter().map(String::as_str))
         .map_err(|words| ApiError::refused(format!("`formats` {words}")).at("/formats"))?;
-    let size_px = asked.size.map(|size| size.to_string());
-    let size_px = size(size_px.as_deref())
-        .map_err(|error| ApiError::refused(error.problem().detail.clone()).at("/size"))?;
+    let size_px = asked.size.unwrap_or(SIZE.into());
+    if !limit::is_size(size_px, limit::PICTURE_PX) {
+        let (least, most) = (limit::PICTURE_MIN_PX, limit::PICTURE_PX);
+        let words = format!("each side must be {least} to {most} pixels, got {size_px}");
+        return Err(ApiError::refused(words).at("/size"));
+    }
     let energy_limit = asked.energy_limit;
     let content = Content { kinds, size_px, energy_limit };
     let plan = Plan::of(app, members, &content).await?;
