@@ -164,12 +164,14 @@ def export_genome(
     uv_within: float | None = None,
     lights: int | None = None,
 ) -> Call[str]:
-    """Returns a genome as source code, without storing it.
+    """Returns a genome in a format of text, without storing it; `Material.export_bytes` has the
+    binary formats.
 
     Args:
         genome: Text or JSON.
         format: Name of a format of `export_formats`, such as `wgsl`.
-        energy_limit: True to apply the energy limit; by default as in the genome.
+        energy_limit: True to apply the energy limit; by default on in formats for path tracers, in
+            others as in the genome.
         uv_within: Largest absolute texture coordinate that the code must handle.
         lights: Number of lights of a painted material, 1 to 8; by default 1.
     """

@@ -259,7 +259,8 @@ def export(
     Args:
         individual: The individual.
         format: Name of a format of `export_formats`, such as `wgsl`.
-        energy_limit: True to apply the energy limit; by default as in the genome.
+        energy_limit: True to apply the energy limit; by default on in formats for path tracers, in
+            others as in the genome.
         uv_within: Largest absolute texture coordinate that the code must handle.
         lights: Number of lights of a painted material, 1 to 8; by default 1.
     """
