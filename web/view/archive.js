@@ -42,7 +42,7 @@ function Job({ of, members, name, place, id }) {
       <span class="small">${of.state === "queued" ? "Waiting for a worker …" : `${of.made} of ${of.files} files made, ${bytesInWords(of.bytes)}`}</span>
       <button type="button" data-testid=${`${id}-cancel`} onClick=${() => cancelExport(of, place)}>Cancel</button>
     </div>
-    <p class="small">It goes on if you leave the page.</p>
+    <p class="small">The server continues if you leave the page.</p>
   `;
   if (of.state === "succeeded") return html`
     <p class="small" role="status" data-testid=${`${id}-ready`}>${of.files} files are ready, ${bytesInWords(of.bytes)}, until ${new Date(of.expires_ms ?? 0).toLocaleString()}.</p>
