@@ -80,9 +80,8 @@ impl TryFrom<String> for Kind {
             "png" => Ok(Self::Picture(PictureFormat::Png)),
             "exr" => Ok(Self::Picture(PictureFormat::Exr)),
             other => other.parse().map(Self::Source).map_err(|_| {
-                let known: Vec<_> = Format::ALL.iter().map(|format| format.name()).collect();
-                let known = known.join(", ");
-                format!("must be of brood, png, exr, {known}, got {}", quote(other))
+                let known = Format::ALL.map(Format::name).join(", ");
+                format!("must be names among brood, png, exr, {known}, got {}", quote(other))
             }),
         }
     }
