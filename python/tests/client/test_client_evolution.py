@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import time
 import zipfile
 
 import pytest
@@ -155,10 +156,12 @@ def test_brood_is_exported_by_a_job(lineage: Lineage, client: Client) -> None:
     assert [each["individual"] for each in manifest["materials"]] == [each.id for each in brood]
     assert manifest["size"] == [32, 16]
     job = client.start_export(list(brood), ["samples-csv"])
-    assert client.job(job) == job.refresh() and job.files == 2
+    assert client.job(job).id == job.id and job.files == 2
     while job.state in {"queued", "running"}:
+        time.sleep(0.05)
         job = job.refresh()
     assert job.state == "succeeded" and job.progress == 1 and len(job.file()) > 0
+    assert client.job(job) == job.refresh()
     with pytest.raises(Conflict):
         job.cancel()
     with pytest.raises(Invalid):
