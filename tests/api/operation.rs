@@ -12,7 +12,9 @@ async fn server_reports_health_metrics_and_its_description() {
     let generation = lineage.random(1).await;
     server.get(&text_of(&generation["individuals"][0]["thumbnail"])).await.expect(200);
     let metrics = server.get("/metrics").await.expect(200).text();
-    assert!(metrics.lines().any(|line| line.starts_with("brood_")), "{metrics}");
+    for line in ["brood_searches{state=\"running\"} 0", "brood_exports{state=\"queued\"} 0"] {
+        assert!(metrics.lines().any(|each| each == line), "{metrics}");
+    }
     let system = server.get("/v1/system").await.expect(200).json();
     assert_eq!(system["version"], env!("CARGO_PKG_VERSION"));
     assert_eq!(system["backend"]["name"], "cpu", "{system}");

@@ -55,6 +55,8 @@ struct Options {
     exports: bool,
     /// Formats of `exports`; all if empty.
     formats: Vec<String>,
+    /// Random genomes in each format, if not the format's own number.
+    genomes: Option<u32>,
     data: Option<PathBuf>,
 }
 
@@ -72,6 +74,11 @@ impl Options {
                 "--formats" => {
                     let formats = words.next().context("--formats needs names")?;
                     options.formats = formats.split(',').map(str::to_owned).collect();
+                    options.exports = true;
+                }
+                "--genomes" => {
+                    let count = words.next().context("--genomes needs a number")?;
+                    options.genomes = Some(count.parse().context("--genomes")?);
                     options.exports = true;
                 }
                 "--data" => {
@@ -110,7 +117,7 @@ pub fn run(words: &[&str]) -> Result<()> {
         step("metrics", bench::metrics(&binaries.join("brood")));
     }
     if options.exports {
-        step("exports", exports::run(&binaries, &target, &options.formats));
+        step("exports", exports::run(&binaries, &target, &options.formats, options.genomes));
     }
     if options.client {
         step("generated client", client::run(&binaries.join("brood"), &target));
@@ -250,6 +257,7 @@ mod tests {
         assert!(Options::parse(&["--all"]).is_err());
         assert!(Options::parse(&["--data"]).is_err());
         assert!(Options::parse(&["--formats"]).is_err());
+        assert!(Options::parse(&["--genomes", "many"]).is_err());
     }
 
     #[test]
@@ -258,8 +266,8 @@ mod tests {
         let long =
             Options::parse(&["--long", "--peers", "--client", "--exports", "--data", "d"]).unwrap();
         assert!(long.long && long.peers && long.client && long.exports && long.data.is_some());
-        let some = Options::parse(&["--formats", "hlsl,gltf"]).unwrap();
-        assert!(some.exports && some.formats == ["hlsl", "gltf"]);
+        let some = Options::parse(&["--formats", "hlsl,gltf", "--genomes", "200"]).unwrap();
+        assert!(some.exports && some.formats == ["hlsl", "gltf"] && some.genomes == Some(200));
     }
 
     #[test]

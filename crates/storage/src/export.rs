@@ -3,6 +3,8 @@
 //! id, epoch and state. The files themselves are the caller's: a row of a file gets its size once
 //! the file is on disk.
 
+use std::collections::BTreeMap;
+
 use brood_genome::GenomeHash;
 use brood_protocol::{JobId, JobStatus};
 use sqlx::SqliteConnection;
@@ -173,6 +175,15 @@ impl Store {
     pub async fn any_export_queued(&self) -> Result<bool> {
         let sql = "SELECT EXISTS (SELECT 1 FROM export WHERE state = 'queued')";
         Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
+    }
+
+    /// Returns the number of exports in each state, by its name.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
+    pub async fn export_counts(&self) -> Result<BTreeMap<&'static str, u64>> {
+        let states = JobStatus::ALL.into_iter().map(JobStatus::name);
+        self.state_counts("SELECT state, count(*) AS jobs FROM export GROUP BY state", states).await
     }
 
     /// Leases the oldest queued export. Returns `None` if there is none.

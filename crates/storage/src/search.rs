@@ -224,13 +224,22 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn search_counts(&self) -> Result<BTreeMap<&'static str, u64>> {
-        let sql = "SELECT state, count(*) AS searches FROM search GROUP BY state";
-        let rows = sqlx::query(sql).fetch_all(&mut *self.reader().await?).await?;
-        let mut counts: BTreeMap<_, _> =
-            SearchState::ALL.into_iter().map(|state| (state.name(), 0)).collect();
-        for row in rows {
-            let state: SearchState = row.column("state")?;
-            counts.insert(state.name(), row.column("searches")?);
+        let states = SearchState::ALL.into_iter().map(SearchState::name);
+        self.state_counts("SELECT state, count(*) AS jobs FROM search GROUP BY state", states).await
+    }
+
+    /// Counts the jobs in each of some states by a query of `state` and `jobs`.
+    pub(crate) async fn state_counts(
+        &self,
+        query: &'static str,
+        states: impl Iterator<Item = &'static str>,
+    ) -> Result<BTreeMap<&'static str, u64>> {
+        let mut counts: BTreeMap<_, _> = states.map(|state| (state, 0)).collect();
+        for row in sqlx::query(query).fetch_all(&mut *self.reader().await?).await? {
+            let state: String = row.column("state")?;
+            if let Some(count) = counts.get_mut(state.as_str()) {
+                *count = row.column("jobs")?;
+            }
         }
         Ok(counts)
     }

@@ -59,6 +59,9 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     for (state, searches) in app.store.search_counts().await? {
         app.metrics.gauge("brood_searches", &[("state", state)], searches as f64);
     }
+    for (state, exports) in app.store.export_counts().await? {
+        app.metrics.gauge("brood_exports", &[("state", state)], exports as f64);
+    }
     let (in_flight, memory_bytes) = app.pictures.cache.size();
     let (disk_bytes, pictures) = app.pictures.cache.disk().size();
     app.metrics.gauge("brood_leases", &[], app.pictures.jobs.leases.len() as f64);

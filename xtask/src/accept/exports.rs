@@ -33,7 +33,7 @@ struct Consumer {
     script: &'static str,
     packages: &'static str,
     /// Number of random genomes.
-    genomes: &'static str,
+    genomes: u32,
     /// Programs that the script calls, and their Debian packages.
     programs: &'static [Program],
 }
@@ -49,7 +49,7 @@ const PYTHON: Consumer = Consumer {
     runtime: Runtime::Python,
     script: "",
     packages: "",
-    genomes: "40",
+    genomes: 40,
     programs: &[],
 };
 /// As [`PYTHON`], for three.js.
@@ -62,7 +62,7 @@ const CONSUMERS: [Consumer; 10] = [
         format: "rgl-bsdf",
         script: "mitsuba_table",
         packages: "mitsuba",
-        genomes: "10",
+        genomes: 10,
         ..PYTHON
     },
     Consumer { format: "hlsl", script: "slang", packages: "slangpy", ..PYTHON },
@@ -88,8 +88,14 @@ const CONSUMERS: [Consumer; 10] = [
 ];
 
 /// Exports materials in each format and runs its consumer. Writes the results of each material to
-/// `target/exports/FORMAT.jsonl`. Without `formats`, reads all that a program is known for.
-pub(super) fn run(binaries: &Path, target: &Path, formats: &[String]) -> Result<()> {
+/// `target/exports/FORMAT.jsonl`. Without `formats`, reads all that a program is known for; without
+/// `genomes`, each format has its own number of random genomes.
+pub(super) fn run(
+    binaries: &Path,
+    target: &Path,
+    formats: &[String],
+    genomes: Option<u32>,
+) -> Result<()> {
     let known = CONSUMERS.map(|consumer| consumer.format);
     for format in formats {
         ensure!(known.contains(&format.as_str()), "formats with a program: {}", known.join(", "));
@@ -101,7 +107,7 @@ pub(super) fn run(binaries: &Path, target: &Path, formats: &[String]) -> Result<
     let mut lines = Vec::new();
     for consumer in CONSUMERS.iter().filter(is_chosen) {
         let started = Instant::now();
-        let outcome = consumer.run(binaries, &folder);
+        let outcome = consumer.run(binaries, &folder, genomes.unwrap_or(consumer.genomes));
         let seconds = started.elapsed().as_secs_f64();
         match outcome {
             Ok(summary) => lines.push(line(consumer.format, &summary, seconds)),
@@ -117,13 +123,14 @@ pub(super) fn run(binaries: &Path, target: &Path, formats: &[String]) -> Result<
 }
 
 impl Consumer {
-    fn run(&self, binaries: &Path, folder: &Path) -> Result<Value> {
+    fn run(&self, binaries: &Path, folder: &Path, genomes: u32) -> Result<Value> {
         let files = folder.join(self.format);
         if files.exists() {
             std::fs::remove_dir_all(&files).context("remove the files of the last run")?;
         }
         let mut write = shell::command(binaries.join("brood"));
-        write.args(["bench", "consumer", "--format", self.format, "--genomes", self.genomes]);
+        write.args(["bench", "consumer", "--format", self.format]);
+        write.args(["--genomes", &genomes.to_string()]);
         write.arg("--output").arg(&files);
         shell::run(&mut write)?;
         prerequisite::install_programs(self.programs)?;
