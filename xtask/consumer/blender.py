@@ -24,6 +24,8 @@ from cases import doubles, finish, listed
 # Bound of the difference between Cycles and the fit, mean |df cos| / mean f cos: Cycles samples
 # colour ramps at 256 places, and tiles have positions of 32 bits.
 FIT_ERROR = 0.05
+# Cycles leaves out closures whose weight is below this: materials as dark as that are black there.
+DARK = 1e-5
 # Bound of the median over materials of that difference.
 MEDIAN_FIT_ERROR = 2e-3
 # Pixels across and down, and angle of view.
@@ -231,7 +233,8 @@ def main():
             "own_error": case["own_error"],
             "note": case["note"],
         }
-        result["passed"] = result["fit_error"] <= FIT_ERROR
+        is_black = abs(fit).mean() < DARK and not found.any()
+        result["passed"] = bool(result["fit_error"] <= FIT_ERROR or is_black)
         print(json.dumps(result), flush=True)
         results.append(result)
     errors = [result["fit_error"] for result in results]
