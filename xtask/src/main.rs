@@ -26,11 +26,12 @@ const USAGE: &str = "usage: cargo xtask <task>
   dev                         quick loop: check and unit tests without the gpu feature
   golden [--update]           compare the golden images, or rewrite them; report in target/golden/
   accept [--short | --long] [--peers] [--client] [--exports | --formats NAME,...]
-                              [--data DIR]
+                              [--genomes N] [--data DIR]
                               check functions against f64 and random programs, for some arguments or for all 2^32;
                               --client: call the API with a client that openapi-python-client generates;
                               --exports: read exported materials with the programs that the formats are for;
-                              --formats NAME,...: as --exports, of some formats
+                              --formats NAME,...: as --exports, of some formats;
+                              --genomes N: as --exports, with N random genomes in each format
   callgrind [--update]        compare instruction counts of fixed work with docs/bench/instructions.json, or update it
   bench peers [--out DIR] [--rounds N] [--release | --brood FILE] [--require]
                               compare the speed of other programs on the same work, installed below target/
@@ -38,6 +39,10 @@ const USAGE: &str = "usage: cargo xtask <task>
                               compare fits of measured materials with symbolic regression and published fits
   bench inverse [--starts N] [--out DIR] [--release | --brood FILE] [--require]
                               recover known kinds of material from one picture, compared with Mitsuba with Adam and pycma
+  bench photographs [--data DIR] [--materials NAME,...] [--grades NAME,...] [--pictures N] [--strategy NAME]
+                    [--seconds N] [--out DIR] [--release | --brood FILE] [--require]
+                              recover materials from pictures by Mitsuba, compared with Mitsuba under other lights;
+                              grades: exact, codes, misaligned
   bench live [--angle NAME,...] [--hardware] [--out DIR] [--release | --brood FILE] [--require]
                               measure the frame rate of the page and the bits of exports with each available graphics driver
   bench look [--out DIR] [--release | --brood FILE]
@@ -73,6 +78,7 @@ fn main() -> ExitCode {
         ["bench", "pictures", options @ ..] => bench::pictures(options),
         ["bench", "fit", options @ ..] => bench::fit(options),
         ["bench", "inverse", options @ ..] => bench::inverse(options),
+        ["bench", "photographs", options @ ..] => bench::photographs(options),
         ["bench", "live", options @ ..] => bench::live(options),
         ["bench", "far", options @ ..] => bench::far(options),
         ["bench", "look", options @ ..] => bench::look(options),

@@ -1,7 +1,7 @@
 //! `cargo xtask bench`: other programs and brood on the same work: speed (`peers`), pictures
 //! (`pictures`), fits of measured materials (`fit`) and recovery of materials from pictures
-//! (`inverse`); the page in a browser: its frame rate (`live`), and its times far from the server
-//! (`far`); and what a new user sees (`look`).
+//! (`inverse`, `photographs`); the page in a browser: its frame rate (`live`), and its times far
+//! from the server (`far`); and what a new user sees (`look`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is reported and
 //! skipped; with --require the run then fails. `environment` installs the peers, `compare` computes
@@ -16,6 +16,7 @@ mod live;
 mod look;
 mod measure;
 mod metric;
+mod photograph;
 mod picture;
 mod table;
 
@@ -33,6 +34,7 @@ pub use inverse::run as inverse;
 pub use live::run as live;
 pub use look::run as look;
 pub use metric::run as metrics;
+pub use photograph::run as photographs;
 pub use picture::{material, run as pictures};
 
 /// Subcommand of `cargo xtask bench`.
@@ -46,6 +48,8 @@ enum Task {
     Fit,
     /// Materials recovered from pictures.
     Inverse,
+    /// Materials under other lights than those of the photographs they were recovered from.
+    Photographs,
     /// Frames per second of the page.
     Live,
     /// Times of the page far from the server.
@@ -62,6 +66,7 @@ impl Task {
             Self::Pictures => "pictures",
             Self::Fit => "fit",
             Self::Inverse => "inverse",
+            Self::Photographs => "photographs",
             Self::Live => "live",
             Self::Far => "far",
             Self::Look => "look",
@@ -82,16 +87,25 @@ struct Options {
     brood: Option<PathBuf>,
     /// Number of runs, of which the best counts; for peers.
     rounds: u32,
-    /// Folder of meshes, recorded pictures and measured materials; for pictures and fit.
+    /// Folder of meshes, recorded pictures and measured materials; for pictures, photographs and
+    /// fit.
     data: Option<PathBuf>,
     /// Report of an earlier run whose peer results are reused; for fit.
     recorded: Option<PathBuf>,
-    /// Comma-separated names of materials; for fit.
+    /// Comma-separated names of materials; for fit and photographs.
     materials: Option<String>,
     /// Number of seeds of brood's fits; for fit.
     seeds: Option<u32>,
     /// Number of random starts; for inverse.
     starts: Option<u32>,
+    /// Comma-separated grades; for photographs.
+    grades: Option<String>,
+    /// Number of pictures of each material; for photographs.
+    pictures: Option<u32>,
+    /// Seconds of each fit; for photographs.
+    seconds: Option<u32>,
+    /// Strategy of the fits; for photographs.
+    strategy: Option<String>,
     /// Comma-separated graphics drivers; for live.
     angle: Option<String>,
     /// True if software rendering is a failure; for live.
@@ -118,6 +132,10 @@ impl Options {
             materials: None,
             seeds: None,
             starts: None,
+            grades: None,
+            pictures: None,
+            seconds: None,
+            strategy: None,
             angle: None,
             hardware: false,
         };
@@ -142,14 +160,28 @@ impl Options {
                     options.angle = Some((*names).to_owned());
                 }
                 "--hardware" if task == Task::Live => options.hardware = true,
-                "--data" if matches!(task, Task::Pictures | Task::Fit) => {
+                "--grades" if task == Task::Photographs => {
+                    let names = words.next().context("--grades needs names")?;
+                    options.grades = Some((*names).to_owned());
+                }
+                "--pictures" if task == Task::Photographs => {
+                    options.pictures = Some(count(word, words.next(), 8)?);
+                }
+                "--seconds" if task == Task::Photographs => {
+                    options.seconds = Some(count(word, words.next(), 3600)?);
+                }
+                "--strategy" if task == Task::Photographs => {
+                    let name = words.next().context("--strategy needs a name")?;
+                    options.strategy = Some((*name).to_owned());
+                }
+                "--data" if matches!(task, Task::Pictures | Task::Fit | Task::Photographs) => {
                     options.data = Some(words.next().context("--data needs a folder")?.into());
                 }
                 "--recorded" if task == Task::Fit => {
                     let file = words.next().context("--recorded needs a fit.json")?;
                     options.recorded = Some(file.into());
                 }
-                "--materials" if task == Task::Fit => {
+                "--materials" if matches!(task, Task::Fit | Task::Photographs) => {
                     let names = words.next().context("--materials needs names")?;
                     options.materials = Some((*names).to_owned());
                 }

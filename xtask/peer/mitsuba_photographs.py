@@ -1,0 +1,107 @@
+"""Photographs by Mitsuba of materials on objects, and how far a fit's pictures are from Mitsuba's under other lights.
+
+`make` reads a list of photographs, renders what a camera would take, and writes a target for `brood fit` into the folder of each.
+What the target says of the scene may differ from what was rendered: that is one of the grades. `score` compares pictures of
+results with Mitsuba's. Both write one JSON object to stdout. Knows of no fit.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import sys
+
+import drjit
+import mitsuba
+import numpy
+
+mitsuba.set_variant("llvm_ad_rgb")
+
+from mitsuba_against import read, scene_of  # noqa: E402, BSDF classes exist only once a variant is set
+
+# Codes of 8 bits: where a pixel of this rank is displayed, the rest is clipped.
+BRIGHT_SHARE = 0.995
+BRIGHT_CODE = 0.9
+
+
+def render(photograph, scene, seed):
+    case = {
+        "scene": scene, "mesh": photograph["mesh"], "bsdf": photograph["bsdf"], "others": [],
+        "size_px": photograph["size_px"], "samples": photograph["samples"], "sampler": "multijitter",
+    }
+    return numpy.array(mitsuba.render(scene_of(case), spp=case["samples"], seed=seed))
+
+
+def display(linear):
+    low = linear <= 0.0031308
+    return numpy.where(low, 12.92 * linear, 1.055 * numpy.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055)
+
+
+def linear_of(code):
+    return ((code + 0.055) / 1.055) ** 2.4
+
+
+def write(path, picture):
+    """A linear picture as .exr, codes of 8 bits as .png."""
+    bitmap = mitsuba.Bitmap(picture)
+    if picture.dtype == numpy.uint8:
+        bitmap.set_srgb_gamma(True)
+    bitmap.write(str(path))
+
+
+def take(photograph, index, picture):
+    """One picture: renders the scene as it was, and returns the view that the target states."""
+    folder = pathlib.Path(photograph["folder"])
+    linear = render(photograph, picture["taken"], 1 + index)
+    stated = dict(picture["stated"])
+    if picture["noise"] is None:
+        file = f"picture-{index + 1}.exr"
+        write(folder / file, linear.astype(numpy.float32))
+    else:
+        # As a camera that is set for the bright parts: the noise is added before clipping.
+        bright = numpy.quantile(linear.max(axis=2)[linear.max(axis=2) > 0], BRIGHT_SHARE)
+        ev = math.log2(linear_of(BRIGHT_CODE) / bright)
+        draw = numpy.random.default_rng(picture["seed"])
+        codes = display(linear * 2.0**ev) + draw.normal(0.0, picture["noise"], linear.shape)
+        file = f"picture-{index + 1}.png"
+        write(folder / file, (codes.clip(0, 1) * 255 + 0.5).astype(numpy.uint8))
+        stated["film"] = {"exposure": ev, "tone": "none"}
+    view = {"picture": file, "scene": stated}
+    return view | ({"mesh": photograph["mesh"]} if photograph["mesh"] else {})
+
+
+def make(photographs):
+    for photograph in photographs:
+        folder = pathlib.Path(photograph["folder"])
+        folder.mkdir(parents=True, exist_ok=True)
+        views = [take(photograph, index, picture) for index, picture in enumerate(photograph["pictures"])]
+        (folder / "target.json").write_text(json.dumps({"views": views}))
+        for index, scene in enumerate(photograph["tests"]):
+            write(folder / f"test-{index + 1}.exr", render(photograph, scene, 101 + index).astype(numpy.float32))
+            (folder / f"test-{index + 1}.json").write_text(json.dumps(scene))
+        print(photograph["name"], file=sys.stderr)
+    return {"photographs": len(photographs), "mitsuba": mitsuba.__version__}
+
+
+def score(pairs):
+    """Root mean square error over the reference's mean, of each pair of (reference, picture)."""
+    errors = []
+    for reference, picture in pairs:
+        wanted, found = read(reference), read(picture)
+        errors.append(float(numpy.sqrt(numpy.mean((found - wanted) ** 2)) / numpy.mean(wanted)))
+    return {"relative_rmse": errors}
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("task", choices=["make", "score"])
+    parser.add_argument("list", help="a JSON file")
+    parser.add_argument("--threads", type=int, default=2)
+    options = parser.parse_args()
+    drjit.set_thread_count(options.threads)
+    work = json.loads(pathlib.Path(options.list).read_text())
+    print(json.dumps({"make": make, "score": score}[options.task](work)))
+
+
+if __name__ == "__main__":
+    main()

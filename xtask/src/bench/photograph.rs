@@ -1,0 +1,244 @@
+//! `cargo xtask bench photographs`: materials recovered from photographs, as they look under other
+//! lights and on another object.
+//!
+//! Pictures are taken by Mitsuba, never by brood, of materials that brood does not know. Owns
+//! objects, cameras, lights and grades, the order of the work and the table.
+
+mod material;
+mod stage;
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use serde_json::{Value, json};
+
+use self::material::Material;
+use self::stage::{Grade, Object};
+use super::environment::{Environment, Peer, json_of};
+use super::{Options, Task, paragraphs, require_all, write_report};
+use crate::{shell, suite};
+
+/// Seconds of a fit, if not chosen.
+const SECONDS: u32 = 20;
+/// Threads of a fit.
+const THREADS: &str = "2";
+/// Samples of a pixel, of either program.
+const SAMPLES: u32 = 64;
+const SIZE_PX: u32 = 192;
+/// Reason why measured materials and the mesh are missing.
+const NO_DATA: &str = "measured materials and the mesh spot: they need --data";
+
+/// One material on one object, photographed in one way.
+struct Photograph {
+    material: Material,
+    object: Object,
+    grade: Grade,
+    folder: PathBuf,
+}
+
+/// Relative RMSE of the fit's pictures.
+struct Row {
+    material: &'static str,
+    object: &'static str,
+    grade: Grade,
+    /// Under the lights that the photographs do not show.
+    unseen: Vec<f64>,
+    seconds: f64,
+}
+
+/// Runs the comparison.
+pub fn run(words: &[&str]) -> Result<()> {
+    let options = Options::parse(Task::Photographs, words)?;
+    let mut environment = Environment::prepare(&options, &[Peer::Mitsuba])?;
+    let mut missing = std::mem::take(&mut environment.missing);
+    ensure!(environment.has(Peer::Mitsuba), "Mitsuba takes the pictures: {}", missing.join("; "));
+    let folder = suite::target_directory()?.join("peers/photographs");
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).context("empty the folder of photographs")?;
+    }
+    std::fs::create_dir_all(&folder).context("create the folder of photographs")?;
+    let data = match &options.data {
+        Some(data) => Some(data.canonicalize().context("resolve --data")?),
+        None => {
+            missing.push(NO_DATA.to_owned());
+            None
+        }
+    };
+    if let Some(data) = &data {
+        let mesh = data.join("meshes/spot_triangulated.obj");
+        shell::run(environment.script("mesh_forms.py").arg(mesh).arg(&folder))?;
+    }
+    let count = options.pictures.unwrap_or(1);
+    let photographs = photographs(&options, data.as_deref(), &folder)?;
+    let list = folder.join("photographs.json");
+    let jobs: Vec<Value> = photographs.iter().map(|each| each.job(&folder, count)).collect();
+    std::fs::write(&list, json!(jobs).to_string()).context("write the list of photographs")?;
+    let mut make = environment.script("mitsuba_photographs.py");
+    json_of(make.arg("make").arg(&list).args(["--threads", THREADS]))?;
+    let mut rows = Vec::new();
+    for photograph in &photographs {
+        match photograph.row(&environment, &options, &folder) {
+            Ok(row) => {
+                println!("{}", row.line());
+                rows.push(row);
+            }
+            Err(error) => missing.push(format!("{}: {error:#}", photograph.name())),
+        }
+    }
+    let strategy = options.strategy.as_deref().unwrap_or("by default");
+    let machine = environment.machine();
+    let seconds = options.seconds.unwrap_or(SECONDS);
+    let text = markdown(&rows, (strategy, seconds, count), &missing)?;
+    let report = json!({
+        "machine": machine, "strategy": strategy, "seconds": seconds, "pictures": count,
+        "rows": rows.iter().map(Row::json).collect::<Vec<_>>(), "missing": missing,
+    });
+    write_report(&options.out, "photographs", &report, &text)?;
+    require_all(options.require, &missing)
+}
+
+/// Every material on every object in every grade that was asked for.
+fn photographs(options: &Options, data: Option<&Path>, folder: &Path) -> Result<Vec<Photograph>> {
+    let wanted = |list: &Option<String>, name: &str| {
+        list.as_ref().is_none_or(|list| list.split(',').any(|each| each == name))
+    };
+    let mut found = Vec::new();
+    for grade in Grade::ALL.into_iter().filter(|grade| wanted(&options.grades, grade.name())) {
+        for object in Object::ALL {
+            for material in material::all(data) {
+                let has_mesh = object.mesh().is_none() || data.is_some();
+                if !has_mesh || !wanted(&options.materials, material.name) {
+                    continue;
+                }
+                let name = format!("{} {} {}", material.name, object.name(), grade.name());
+                let folder = folder.join(name.replace(' ', "-"));
+                found.push(Photograph { material, object, grade, folder });
+            }
+        }
+    }
+    ensure!(!found.is_empty(), "no photograph has these materials and grades");
+    Ok(found)
+}
+
+impl Photograph {
+    fn name(&self) -> String {
+        format!("{}, {}, {}", self.material.name, self.object.name(), self.grade.name())
+    }
+
+    /// Description for the script that takes the pictures.
+    fn job(&self, folder: &Path, count: u32) -> Value {
+        json!({
+            "name": self.name(), "folder": self.folder, "bsdf": self.material.bsdf,
+            "mesh": self.object.mesh().map(|mesh| folder.join(mesh)),
+            "size_px": SIZE_PX, "samples": SAMPLES,
+            "pictures": (0..count as usize).map(|k| self.object.picture(k, self.grade))
+                .collect::<Vec<_>>(),
+            "tests": self.object.tests(),
+        })
+    }
+
+    /// Fits the photographs, and compares pictures of the result.
+    fn row(&self, environment: &Environment, options: &Options, meshes: &Path) -> Result<Row> {
+        let result = self.folder.join("result");
+        let mut fit = environment.brood();
+        fit.arg("fit").arg(self.folder.join("target.json")).arg("--output").arg(&result);
+        let seconds = options.seconds.unwrap_or(SECONDS).to_string();
+        fit.args(["--seconds", &seconds, "--threads", THREADS, "--json"]);
+        if let Some(strategy) = &options.strategy {
+            fit.args(["--strategy", strategy]);
+        }
+        let report = json_of(&mut fit)?;
+        let seconds =
+            report["search"]["seconds"].as_f64().context("the report must have seconds")?;
+        let mut pairs = Vec::new();
+        for k in 1..=self.object.tests().len() {
+            let picture = result.join(format!("test-{k}.exr"));
+            let mut render = environment.brood();
+            render.arg("render").arg(result.join("best.brood"));
+            render.arg("--scene").arg(self.folder.join(format!("test-{k}.json")));
+            if let Some(mesh) = self.object.mesh() {
+                render.arg("--mesh").arg(meshes.join(mesh));
+            }
+            render.args(["--size", &SIZE_PX.to_string(), "--samples", &SAMPLES.to_string()]);
+            shell::output(render.arg("--output").arg(&picture))?;
+            pairs.push([self.folder.join(format!("test-{k}.exr")), picture]);
+        }
+        let list = result.join("pairs.json");
+        std::fs::write(&list, json!(pairs).to_string()).context("write the list of pictures")?;
+        let scores = json_of(environment.script("mitsuba_photographs.py").arg("score").arg(&list))?;
+        let unseen = scores["relative_rmse"].as_array().context("the script must print errors")?;
+        Ok(Row {
+            material: self.material.name,
+            object: self.object.name(),
+            grade: self.grade,
+            unseen: unseen.iter().filter_map(Value::as_f64).collect(),
+            seconds,
+        })
+    }
+}
+
+impl Row {
+    /// Error over all unseen lights: root of the mean square.
+    fn error(&self) -> f64 {
+        let squares: f64 = self.unseen.iter().map(|error| error * error).sum();
+        (squares / self.unseen.len() as f64).sqrt()
+    }
+
+    fn line(&self) -> String {
+        let Self { material, object, grade, .. } = self;
+        format!("{material}, {object}, {}: {:.3}", grade.name(), self.error())
+    }
+
+    fn json(&self) -> Value {
+        json!({
+            "material": self.material, "object": self.object, "grade": self.grade.name(),
+            "relative_rmse": self.error(), "by_light": self.unseen, "seconds": self.seconds,
+        })
+    }
+}
+
+/// Median of errors; NaN if there are none.
+fn median(mut errors: Vec<f64>) -> f64 {
+    errors.sort_by(f64::total_cmp);
+    let middle = errors.len() / 2;
+    match errors.len() {
+        0 => f64::NAN,
+        odd if odd % 2 == 1 => errors[middle],
+        _ => 0.5 * (errors[middle - 1] + errors[middle]),
+    }
+}
+
+fn markdown(
+    rows: &[Row],
+    (strategy, seconds, pictures): (&str, u32, u32),
+    missing: &[String],
+) -> Result<String> {
+    let mut text = format!(
+        "# Materials from photographs, under other lights\n\n\
+         Pictures of {SIZE_PX} x {SIZE_PX} pixels by Mitsuba, {pictures} of each material, one point light in each. `brood fit`, \
+         strategy {strategy}, {seconds} s on {THREADS} threads. Errors are RMSE / mean of Mitsuba's own pictures under three other \
+         lights (root of the mean square of the three).\n\n\
+         | material | object | grade | error | by light |\n|---|---|---|---|---|\n",
+    );
+    for row in rows {
+        let lights: Vec<String> = row.unseen.iter().map(|error| format!("{error:.3}")).collect();
+        let (object, grade) = (row.object, row.grade.name());
+        let (name, error, lights) = (row.material, row.error(), lights.join(", "));
+        writeln!(text, "| {name} | {object} | {grade} | {error:.3} | {lights} |")?;
+    }
+    text.push_str("\n| grade | object | median | worst |\n|---|---|---|---|\n");
+    for grade in Grade::ALL {
+        for object in Object::ALL {
+            let of = |row: &&Row| row.grade == grade && row.object == object.name();
+            let errors: Vec<f64> = rows.iter().filter(of).map(Row::error).collect();
+            if errors.is_empty() {
+                continue;
+            }
+            let worst = errors.iter().copied().fold(0.0, f64::max);
+            let (grade, object) = (grade.name(), object.name());
+            writeln!(text, "| {grade} | {object} | {:.3} | {worst:.3} |", median(errors))?;
+        }
+    }
+    Ok(text + &paragraphs(missing))
+}

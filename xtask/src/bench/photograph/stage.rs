@@ -1,0 +1,148 @@
+//! Objects with their cameras and lights, and the ways in which they are photographed.
+
+use serde_json::{Value, json};
+
+/// Noise of the codes of 8 bits, as a share of the largest.
+const NOISE: f64 = 2.0 / 255.0;
+/// Errors of the stated scene in [`Grade::Misaligned`]: light and camera are turned about the
+/// object by these angles in degrees, and the field of view is larger by this share.
+const LIGHT_OFF_DEG: f64 = 2.0;
+const CAMERA_OFF_DEG: f64 = 0.7;
+const VIEW_OFF: f64 = 0.01;
+
+/// Way in which pictures are taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Grade {
+    /// Linear, without noise, and the scene is as stated.
+    Exact,
+    /// Codes of 8 bits with noise.
+    Codes,
+    /// The same, and light and camera differ from those stated.
+    Misaligned,
+}
+
+impl Grade {
+    pub const ALL: [Self; 3] = [Self::Exact, Self::Codes, Self::Misaligned];
+
+    /// Name in tables and on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Codes => "codes",
+            Self::Misaligned => "misaligned",
+        }
+    }
+}
+
+/// Object that has the material.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Object {
+    Sphere,
+    /// Mesh with smooth normals, finely subdivided.
+    Spot,
+}
+
+/// Lights of pictures, then those of tests: right, up and towards the camera from the object.
+const LIGHTS: [[f64; 3]; 8] = [
+    [-2.0, 3.0, 4.0],
+    [3.5, 1.0, 2.5],
+    [0.5, -2.0, 4.5],
+    [-3.5, 0.5, 1.5],
+    [1.0, 4.0, 1.0],
+    [2.5, 2.0, 4.0],
+    [-4.0, -1.5, 2.0],
+    [0.3, 0.6, 5.0],
+];
+const TESTS: [[f64; 3]; 3] = [[2.8, 3.2, 2.2], [-1.0, 0.4, 4.8], [-4.2, 1.8, 0.6]];
+/// Intensity of a light, in W/sr.
+const INTENSITY: f64 = 80.0;
+
+impl Object {
+    pub const ALL: [Self; 2] = [Self::Sphere, Self::Spot];
+
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sphere => "sphere",
+            Self::Spot => "spot",
+        }
+    }
+
+    /// File of the mesh; `None` for the built-in sphere.
+    pub fn mesh(self) -> Option<&'static str> {
+        match self {
+            Self::Sphere => None,
+            Self::Spot => Some("refined.obj"),
+        }
+    }
+
+    /// Camera: eye, target and vertical field of view in degrees.
+    fn camera(self) -> ([f64; 3], [f64; 3], f64) {
+        match self {
+            Self::Sphere => ([0.0, 0.6, 4.96], [0.0; 3], 26.0),
+            Self::Spot => (
+                [-2.05, 1.25, -3.22],
+                [0.0, 0.108_429_998_159_408_57, 0.190_050_005_912_780_76],
+                30.0,
+            ),
+        }
+    }
+
+    /// Scene with a light of these coordinates, light and camera turned by angles in degrees, and
+    /// with the field of view enlarged by a share.
+    fn scene(self, light: [f64; 3], (light_deg, camera_deg, view): (f64, f64, f64)) -> Value {
+        let (eye, target, fov) = self.camera();
+        let back = unit(subtract(eye, target));
+        let right = unit(cross([0.0, 1.0, 0.0], back));
+        let up = cross(back, right);
+        let along = |k: usize| light[0] * right[k] + light[1] * up[k] + light[2] * back[k];
+        let lamp = turned([along(0), along(1), along(2)], light_deg);
+        let position = [0, 1, 2].map(|k| target[k] + lamp[k]);
+        let seen = turned(subtract(eye, target), camera_deg);
+        let eye = [0, 1, 2].map(|k| target[k] + seen[k]);
+        json!({
+            "camera": {"eye": eye, "target": target, "fov_y_deg": fov * (1.0 + view)},
+            "lights": [{"kind": "point", "position": position, "intensity": INTENSITY}],
+            "shadows": true, "normals": "plain",
+        })
+    }
+
+    /// Picture of a number as it is taken, and as the target states it.
+    pub fn picture(self, number: usize, grade: Grade) -> Value {
+        let light = LIGHTS[number];
+        let right = (0.0, 0.0, 0.0);
+        let taken = match grade {
+            Grade::Exact | Grade::Codes => right,
+            Grade::Misaligned => (LIGHT_OFF_DEG, CAMERA_OFF_DEG, VIEW_OFF),
+        };
+        let noise = (grade != Grade::Exact).then_some(NOISE);
+        json!({
+            "stated": self.scene(light, right), "taken": self.scene(light, taken),
+            "noise": noise, "seed": number,
+        })
+    }
+
+    /// Scenes with the lights that no picture shows.
+    pub fn tests(self) -> Vec<Value> {
+        TESTS.iter().map(|light| self.scene(*light, (0.0, 0.0, 0.0))).collect()
+    }
+}
+
+/// Turns about the vertical axis, by an angle in degrees.
+fn turned(v: [f64; 3], angle_deg: f64) -> [f64; 3] {
+    let (sin, cos) = angle_deg.to_radians().sin_cos();
+    [cos * v[0] + sin * v[2], v[1], cos * v[2] - sin * v[0]]
+}
+
+fn subtract(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|k| a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3])
+}
+
+fn unit(v: [f64; 3]) -> [f64; 3] {
+    let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    v.map(|x| x / length)
+}
