@@ -308,8 +308,9 @@ export interface components {
             /** @description Individuals to start from, at most 64. Not every strategy can use every individual. */
             start?: components["schemas"]["IndividualId"][];
             /**
-             * @description Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `hybrid`, or `gp` if no
-             *     other strategy can start from the given individuals.
+             * @description Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `analytic` for pictures,
+             *     otherwise `hybrid`. With individuals to start from: `hybrid`, or `gp` if no other strategy
+             *     can start from them.
              */
             strategy?: string | null;
             /** @description Id of the target to match. */

@@ -41,9 +41,10 @@ pub struct FitArgs {
     /// `.brdf`, an image slice as `.exr`; with --scene a picture of that scene as `.exr`, `.hdr`,
     /// `.png` or `.jpg`; several pictures as `.json`
     pub target: PathBuf,
-    /// Search strategy: lobes, analytic, gp or hybrid
-    #[arg(long, value_name = "S", default_value_t = Strategy::Hybrid, value_parser = str::parse::<Strategy>)]
-    pub strategy: Strategy,
+    /// Search strategy: lobes, analytic, gp or hybrid; by default analytic for pictures and hybrid
+    /// for measurements
+    #[arg(long, value_name = "S", value_parser = str::parse::<Strategy>)]
+    pub strategy: Option<Strategy>,
     /// Time budget in seconds; 10 if no budget is given
     #[arg(long, value_name = "N", conflicts_with = "generations")]
     pub seconds: Option<f64>,
@@ -99,7 +100,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         seconds > 0.0 && seconds <= 1e6,
         "--seconds must be above 0 and at most 1000000, got {seconds}"
     );
-    let is_analytic = args.strategy == Strategy::Analytic;
+    let is_analytic = args.strategy == Some(Strategy::Analytic);
     ensure!(args.models.is_empty() || is_analytic, "--models needs --strategy analytic");
     let renderer = Renderer::new(args.frame.backend);
     // Loaded before the search, so that a bad scene fails at once.
@@ -118,7 +119,8 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     }
     let pool = pool.build().context("start the threads of the search")?;
     let begun = Instant::now();
-    let (outcome, progress) = pool.install(|| search(args, &target, seconds))?;
+    let strategy = args.strategy.unwrap_or(Strategy::of_target(images.is_some()));
+    let (outcome, progress) = pool.install(|| search(args, strategy, &target, seconds))?;
     let seconds = begun.elapsed().as_secs_f64();
     let front =
         pool.install(|| Found::all(&outcome.front, &target)).context("evaluate the front")?;
@@ -136,7 +138,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let (seed, threads) = (args.seed, pool.current_num_threads());
     let report = Report::of(best, &target, kind)?;
     let run = serde_json::json!({
-        "strategy": args.strategy.name(), "seed": seed, "threads": threads, "generations": progress.generation,
+        "strategy": strategy.name(), "seed": seed, "threads": threads, "generations": progress.generation,
         "evaluations": progress.evaluations, "seconds": seconds,
     });
     let mut report_json = report.json(&run);
@@ -173,8 +175,13 @@ fn row(found: &Found) -> (&Genome, [(&'static str, Cell); 4]) {
 }
 
 /// Searches until the budget is spent; also returns the progress of the last generation.
-fn search(args: &FitArgs, target: &MeasuredTarget, seconds: f64) -> Result<(Outcome, Progress)> {
-    let FitArgs { strategy, seed, mirrored: is_mirrored, .. } = *args;
+fn search(
+    args: &FitArgs,
+    strategy: Strategy,
+    target: &MeasuredTarget,
+    seconds: f64,
+) -> Result<(Outcome, Progress)> {
+    let FitArgs { seed, mirrored: is_mirrored, .. } = *args;
     let options = Options { strategy, seed, is_mirrored, start: Vec::new() };
     let budget = args.generations.map_or(FitBudget::Seconds(seconds), FitBudget::Generations);
     let mut search = match args.models.as_slice() {

@@ -18,8 +18,9 @@ pub struct CreateSearch {
     pub target: TargetId,
     /// Display name, 1 to 200 characters. Default: the name of the target.
     pub name: Option<String>,
-    /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `hybrid`, or `gp` if no
-    /// other strategy can start from the given individuals.
+    /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `analytic` for pictures,
+    /// otherwise `hybrid`. With individuals to start from: `hybrid`, or `gp` if no other strategy
+    /// can start from them.
     pub strategy: Option<String>,
     /// Seed of the search. Default: 1.
     pub seed: Option<Seed>,

@@ -8,7 +8,8 @@
 //!
 //! `schedule` runs the generations of a search over forms. `vary` makes its starting points,
 //! `refine` and `evolve` optimise, `residual` evaluates models and their derivatives on samples,
-//! `albedo` has the quadratures of directional albedos. `recover` fits one given form.
+//! `albedo` has the quadratures of directional albedos,
+//! `prior` the parameters that measured materials have. `recover` fits one given form.
 
 mod albedo;
 mod batch;
@@ -17,6 +18,7 @@ mod coordinate;
 mod evolve;
 mod form;
 mod kept;
+mod prior;
 mod recover;
 mod refine;
 mod residual;

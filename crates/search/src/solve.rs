@@ -20,6 +20,12 @@ pub(crate) fn factor(matrix: Vec<f64>, count: usize) -> Option<Vec<f64>> {
     decompose(matrix, count)
 }
 
+/// Solves U^T y = x for U of [`factor`].
+pub(crate) fn forward(upper: &[f64], mut x: Vec<f64>) -> Vec<f64> {
+    forwards(upper, &mut x, 0);
+    x
+}
+
 struct Solve<'a> {
     matrix: Vec<f64>,
     right: &'a [f64],

@@ -24,6 +24,13 @@ brood_brdf::named_enum! {
 }
 
 impl Strategy {
+    /// Strategy if none is chosen. Pictures show few pairs of directions: models keep to what
+    /// materials do elsewhere. Measurements show all of them, and programs match them better.
+    #[must_use]
+    pub fn of_target(is_picture: bool) -> Self {
+        if is_picture { Self::Analytic } else { Self::Hybrid }
+    }
+
     /// Dialect of genomes that searches create from scratch, so that they can be bred further. Fits
     /// of lobes are shorter and can be padded to this length.
     pub const DIALECT: Dialect = Dialect {

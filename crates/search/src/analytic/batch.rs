@@ -31,6 +31,8 @@ pub(super) struct Batch {
     pub(super) total: f64,
     /// Quadrature and level of the penalty on albedos above that level.
     pub(super) albedos: Option<(Arc<Albedos>, f64)>,
+    /// Mean square of residuals that counts as much as one squared standard deviation of the prior.
+    pub(super) prior: Option<f64>,
 }
 
 impl Batch {
@@ -39,7 +41,7 @@ impl Batch {
         let row = |at: &usize| (samples.pairs()[*at], samples.values()[*at]);
         let rows: Vec<Row> = indices.iter().map(row).collect();
         let total = 3.0 * indices.len() as f64;
-        Self { lanes: Arc::new(lanes(&rows, 1.0)), total, albedos: None }
+        Self { lanes: Arc::new(lanes(&rows, 1.0)), total, albedos: None, prior: None }
     }
 
     /// Adds the lower bounds of `samples`, at most about as many as the batch has samples.
@@ -56,9 +58,16 @@ impl Batch {
         Self { albedos: Some((albedos.clone(), level)), ..self.clone() }
     }
 
-    /// Number of residuals, including those of empty lanes; albedos take one more block.
+    /// Copy with the prior: one squared standard deviation counts as much as this mean square of
+    /// residuals.
+    pub(super) fn with_prior(&self, share: f64) -> Self {
+        Self { prior: Some(share), ..self.clone() }
+    }
+
+    /// Number of residuals, including those of empty lanes; albedos and prior take a block each.
     pub(super) fn residuals(&self) -> usize {
-        3 * LANES * (self.lanes.len() + usize::from(self.albedos.is_some()))
+        let more = usize::from(self.albedos.is_some()) + usize::from(self.prior.is_some());
+        3 * LANES * (self.lanes.len() + more)
     }
 }
 

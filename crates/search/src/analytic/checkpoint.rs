@@ -27,6 +27,7 @@ struct KeptState {
     x: Vec<f64>,
     error: f64,
     held: f64,
+    evidence: f64,
 }
 
 impl Method for Analytic {
@@ -48,18 +49,17 @@ impl Method for Analytic {
     }
 
     fn finish(&self, _: &mut HasTime<'_>) -> Option<Outcome> {
-        let of = |found| {
-            let candidate = candidate(found);
-            let error = candidate.ranking_error();
-            (candidate, error)
-        };
-        Outcome::of(self.front().into_iter().map(of).collect())
+        let front = self.front();
+        let more_probable =
+            |a: usize, b: usize| if front[b].evidence <= front[a].evidence { b } else { a };
+        let best = (0..front.len()).reduce(more_probable)?;
+        Some(Outcome { front: front.into_iter().map(candidate).collect(), best })
     }
 
     fn save(&self) -> Vec<u8> {
         let kept = |kept: &Kept| {
-            let Kept { space, fit, held } = kept.clone();
-            KeptState { form: space.form, x: fit.point, error: fit.error, held }
+            let Kept { space, fit, held, evidence } = kept.clone();
+            KeptState { form: space.form, x: fit.point, error: fit.error, held, evidence }
         };
         let state = State {
             generation: self.generation,
@@ -72,13 +72,13 @@ impl Method for Analytic {
 
     fn load(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
-        let kept = |KeptState { form, x, error, held }: KeptState| {
+        let kept = |KeptState { form, x, error, held, evidence }: KeptState| {
             if !form.is_sound() {
                 return None;
             }
             let space = Space::new(form);
             let fit = Solution { error, ..Solution::new(x) };
-            (space.len() == fit.point.len()).then_some(Kept { space, fit, held })
+            (space.len() == fit.point.len()).then_some(Kept { space, fit, held, evidence })
         };
         let kinds = state.kinds.into_iter().map(ModelKind::from_number);
         self.kinds = kinds.collect::<Option<Vec<_>>>()?;
@@ -89,7 +89,7 @@ impl Method for Analytic {
 }
 
 fn candidate(found: Finished) -> Candidate {
-    let Finished { models, parameters, fitted, held } = found;
+    let Finished { models, parameters, fitted, held, .. } = found;
     let genome = Form::genome(models).expect("one or two models are a genome");
     Candidate { genome, parameters, fitted: fitted.sqrt(), held: held.sqrt() }
 }

@@ -13,6 +13,8 @@ pub(super) struct Kept {
     pub(super) fit: Solution<Vec<f64>>,
     /// Mean square on the validation samples, under the energy limit.
     pub(super) held: f64,
+    /// -2 ln of the probability of the form after all samples, up to a constant; the least is best.
+    pub(super) evidence: f64,
 }
 
 /// A finished fit.
@@ -23,12 +25,14 @@ pub(super) struct Finished {
     /// Mean squares on the training and on the validation samples, before it was refined on both.
     pub(super) fitted: f64,
     pub(super) held: f64,
+    pub(super) evidence: f64,
 }
 
 impl Finished {
     pub(super) fn of(kept: &Kept) -> Self {
-        let Kept { space, fit, held } = kept;
+        let Kept { space, fit, held, evidence } = kept;
         let (parameters, fitted) = (space.len(), fit.error);
-        Self { models: space.models(&fit.point), parameters, fitted, held: *held }
+        let models = space.models(&fit.point);
+        Self { models, parameters, fitted, held: *held, evidence: *evidence }
     }
 }

@@ -1,11 +1,15 @@
 //! Residuals of models on samples, and their derivatives by the free parameters.
 
+use std::sync::Arc;
+
 use brood_brdf::{Block, CoatTables, Elementary, Loop, Machine, Model, PreparedModel, TableDetail};
 use brood_eval::{Level, SimdKernel};
+use brood_genome::Stream;
 
 use super::albedo::{Albedos, Nodes, is_coarse_enough, residual};
 use super::batch::{Batch, Lanes};
 use super::coordinate::Coordinate;
+use super::prior::Prior;
 use super::{Form, LANES};
 use crate::levenberg_marquardt::NormalEquations;
 
@@ -24,6 +28,7 @@ const KEPT: usize = 4;
 pub(super) struct Space {
     pub(super) form: Form,
     pub(super) coordinates: Vec<Coordinate>,
+    pub(super) prior: Arc<Prior>,
 }
 
 /// Buffers and tables that are reused between evaluations.
@@ -39,7 +44,9 @@ pub(super) struct Workspace {
 
 impl Space {
     pub(super) fn new(form: Form) -> Self {
-        Self { coordinates: form.coordinates(), form }
+        let coordinates = form.coordinates();
+        let prior = Arc::new(Prior::of(&form, &coordinates));
+        Self { form, coordinates, prior }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -48,6 +55,13 @@ impl Space {
 
     pub(super) fn models(&self, x: &[f64]) -> Vec<Model> {
         self.form.models(&self.coordinates, x)
+    }
+
+    /// Draws a point from the prior.
+    pub(super) fn drawn(&self, stream: &mut Stream) -> Vec<f64> {
+        let mut x = self.prior.draw(stream);
+        self.clamp(&mut x);
+        x
     }
 
     /// Clamps x to the bounds.
@@ -109,8 +123,8 @@ impl Workspace {
         sum
     }
 
-    /// Writes the residuals of samples, then those of albedos, to `out`; returns the sum of their
-    /// squares.
+    /// Writes the residuals of samples, then those of albedos and of the prior, to `out`; returns
+    /// the sum of their squares.
     fn residuals(
         &mut self,
         space: &Space,
@@ -125,9 +139,17 @@ impl Workspace {
             let f = f(self.level, &models, &lanes.block);
             sum += Machine::run(self.level, Compare { lanes, f: &f, share, out });
         }
+        let rest = &mut out[ROW * batch.lanes.len()..];
+        rest.fill(0.0);
+        let (out, of_prior) = rest.split_at_mut(batch.albedos.as_ref().map_or(0, |_| ROW));
+        if let Some(share) = batch.prior {
+            let scale = (share * batch.total).sqrt();
+            for (out, deviation) in of_prior.iter_mut().zip(space.prior.deviations(x)) {
+                *out = scale * deviation;
+                sum += *out * *out;
+            }
+        }
         if let Some((albedos, level)) = &batch.albedos {
-            let out = &mut out[ROW * batch.lanes.len()..];
-            out.fill(0.0);
             let directions = albedos.coarse(space.form.is_anisotropic());
             let rows = out.chunks_exact_mut(3).zip(directions);
             for (out, nodes) in rows {

@@ -28,12 +28,17 @@ const FEW: usize = 384;
 /// Largest number of samples of the later steps; models have few parameters.
 const MANY: usize = 2048;
 /// Number of starts of each kind in the first generation.
-const STARTS: u32 = 6;
+const STARTS: u32 = 7;
+/// Start from which on starts are uniform; those before are drawn from the prior, but for the
+/// first.
+const FAMILIAR: u32 = 4;
 /// Number of these that are refined on the samples of the later steps.
 const BETTER: usize = 2;
-/// Number of first steps, and of later ones.
-const STEPS: usize = 40;
+/// Number of first steps, in parts, and of later ones.
+const STEPS: [usize; 3] = [12, 12, 16];
 const LAST_STEPS: usize = 15;
+/// Refinements with the prior.
+const PROBABLE: u32 = 3;
 /// Number of steps of an albedo-constrained refinement.
 const CONSTRAINED_STEPS: usize = 20;
 /// First albedo level of the constraint. It is lowered, up to `CONSTRAINED_ROUNDS` times, while the
@@ -48,6 +53,12 @@ const TRIED: u32 = 16;
 const EVOLVE_GENERATIONS: usize = 80;
 /// Every fourth generation, the evolution strategy refines the best fit.
 const EVOLVE: u32 = 4;
+/// Independent observations that the samples count as. Neighbouring pixels have the same errors of
+/// model, light and camera, so thousands of samples say less than their number.
+const INDEPENDENT: f64 = 400.0;
+/// Error below which fits are equally good, as a share of the root mean square of ln(1 + f cos_i):
+/// renderers differ by as much.
+const EQUAL: f64 = 1e-2;
 /// The front has a fit with more parameters only if its mean square on the validation samples is
 /// smaller by this share.
 const MIN_GAIN: f64 = 0.01;
@@ -67,7 +78,9 @@ pub struct Analytic {
     albedos: Arc<Albedos>,
     pub(super) generation: u32,
     pub(super) evaluations: u64,
-    /// The best fits so far, the least error on the validation samples first.
+    /// Mean square below which fits are equally good.
+    equal: f64,
+    /// The best fits so far, the most probable first.
     pub(super) kept: Vec<Kept>,
 }
 
@@ -92,6 +105,10 @@ impl Analytic {
             Batch::new(samples, &pick_samples(samples, indices, count)).with_lower_bounds(samples)
         };
         let all: Vec<usize> = (0..samples.len()).collect();
+        let weighted = samples.weighted();
+        let logs = weighted.as_flattened().iter().map(|f| libm::log1p(f.max(0.0)));
+        let equal = EQUAL * EQUAL * logs.map(|log| log * log).sum::<f64>();
+        let equal = equal / (3 * samples.len().max(1)) as f64;
         Self {
             seed,
             kinds,
@@ -103,6 +120,7 @@ impl Analytic {
             albedos: Arc::new(Albedos::new()),
             generation: 0,
             evaluations: 0,
+            equal,
             kept: Vec::new(),
         }
     }
@@ -144,26 +162,27 @@ impl Analytic {
             .zip(&self.kinds)
             .flat_map(|(index, kind)| (0..STARTS).map(move |k| (index * STARTS + k, *kind)))
             .collect();
-        let begun: Vec<(Space, Solution<Vec<f64>>)> = slots
+        let begun: Vec<(Space, Solution<Vec<f64>>, f64)> = slots
             .into_par_iter()
             .map_init(Workspace::new, |workspace, (slot, kind)| {
                 let space = Space::new(Form::one(kind));
+                let stream = &mut self.stream(slot);
                 let x = match slot % STARTS {
                     0 => space.form.place(&[Model::new(kind)]),
-                    _ => random_point(&space, &mut self.stream(slot)),
+                    k if k < FAMILIAR => space.drawn(stream),
+                    _ => random_point(&space, stream),
                 };
-                let mut fit = Solution::new(x);
-                fit.refine(workspace, &space, &self.few, Plan::coarse(STEPS));
-                (space, fit)
+                let (fit, score) = self.coarse(workspace, &space, Solution::new(x));
+                (space, fit, score)
             })
             .collect();
         let given = self.given.iter().filter_map(from_genome).collect::<Vec<_>>();
         let mut better = Vec::new();
         for part in begun.chunks(STARTS as usize) {
             let mut part = part.to_vec();
-            part.sort_by(|a, b| a.1.error.total_cmp(&b.1.error));
-            self.evaluations += part.iter().map(|(_, fit)| fit.evaluations).sum::<u64>();
-            better.extend(part.into_iter().take(BETTER));
+            part.sort_by(|a, b| a.2.total_cmp(&b.2));
+            self.evaluations += part.iter().map(|(_, fit, _)| fit.evaluations).sum::<u64>();
+            better.extend(part.into_iter().take(BETTER).map(|(space, fit, _)| (space, fit)));
         }
         better.extend(given);
         self.refine_and_keep(better);
@@ -180,14 +199,15 @@ impl Analytic {
                 let count = kept.len() as u32;
                 // Biased towards better fits.
                 let parent = &kept[stream.below(count).min(stream.below(count)) as usize];
-                let (space, mut fit) = match slot % 8 {
+                let (space, fit) = match slot % 8 {
                     // Every fourth generation, slots 0 and 8 apply the evolution strategy to the
                     // best fit. The number of a slot decides how it varies a fit.
                     0 if self.generation.is_multiple_of(EVOLVE) => {
                         let fit = self.evolved(workspace, best, &mut stream);
                         (best.space.clone(), fit)
                     }
-                    0 | 1 => perturbed(parent, &mut stream),
+                    0 => perturbed(parent, &mut stream),
+                    1 => (parent.space.clone(), Solution::new(parent.space.drawn(&mut stream))),
                     2 | 3 => match parent.space.form.with_other_choice(&mut stream) {
                         Some(form) => in_form(parent, form),
                         None => perturbed(parent, &mut stream),
@@ -206,12 +226,35 @@ impl Analytic {
                     }
                     _ => perturbed(parent, &mut stream),
                 };
-                fit.refine(workspace, &space, &self.few, Plan::coarse(STEPS));
+                let (fit, _) = self.coarse(workspace, &space, fit);
                 (space, fit)
             })
             .collect();
         self.evaluations += tried.iter().map(|(_, fit)| fit.evaluations).sum::<u64>();
         self.refine_and_keep(tried);
+    }
+
+    /// Takes the first steps of a fit. The prior counts by the error at each part of them: far from
+    /// the samples it keeps the fit from parameters that make up for each other. Also returns -2 ln
+    /// of the fit's probability.
+    fn coarse(
+        &self,
+        workspace: &mut Workspace,
+        space: &Space,
+        mut fit: Solution<Vec<f64>>,
+    ) -> (Solution<Vec<f64>>, f64) {
+        let mut error =
+            workspace.error(space, &fit.point, &self.few, TableDetail::Coarse) / self.few.total;
+        for steps in STEPS {
+            let share = (error + self.equal) / INDEPENDENT;
+            let evaluations = fit.evaluations;
+            fit = Solution::new(fit.point);
+            fit.refine(workspace, space, &self.few.with_prior(share), Plan::coarse(steps));
+            fit.evaluations += evaluations;
+            error = (fit.error - share * space.prior.squares(&fit.point)).max(0.0);
+        }
+        let likelihood = INDEPENDENT * libm::log(error + self.equal);
+        (fit.clone(), likelihood + space.prior.squares(&fit.point))
     }
 
     /// Applies the evolution strategy to a kept fit.
@@ -246,7 +289,9 @@ impl Analytic {
                     self.refined(workspace, (&space, &fit.point), (&self.all, Precision::Near));
                 let x = (&fit.point[..], divisor);
                 let held = workspace.error_divided(&space, x, &self.held, TableDetail::Full);
-                Kept { held: held / self.held.total.max(1.0), space, fit }
+                let held = held / self.held.total.max(1.0);
+                let evidence = self.evidence(workspace, &space, (&fit, held));
+                Kept { held, evidence, space, fit }
             })
             .collect();
         for mut kept in done {
@@ -255,7 +300,7 @@ impl Analytic {
                 self.kept.push(kept);
             }
         }
-        self.kept.sort_by(|a, b| a.held.total_cmp(&b.held));
+        self.kept.sort_by(|a, b| a.evidence.total_cmp(&b.evidence));
         // Only the best of each form.
         let mut seen: Vec<Form> = Vec::new();
         self.kept.retain(|kept| {
@@ -264,6 +309,24 @@ impl Analytic {
             is_new
         });
         self.kept.truncate(KEPT);
+    }
+
+    /// Returns -2 ln of the probability of a form, by Laplace's approximation around its fit.
+    fn evidence(
+        &self,
+        workspace: &mut Workspace,
+        space: &Space,
+        (fit, held): (&Solution<Vec<f64>>, f64),
+    ) -> f64 {
+        let error = 0.5 * (fit.error + held) + self.equal;
+        let equations =
+            workspace.normal_equations(space, &fit.point, &self.few, TableDetail::Coarse);
+        let scale = INDEPENDENT / (error * self.few.total);
+        let hessian: Vec<f64> = equations.matrix.iter().map(|value| scale * value).collect();
+        let likelihood = INDEPENDENT * libm::log(error);
+        let evidence =
+            likelihood + space.prior.distance(&fit.point) + space.prior.shrinkage(&hessian);
+        if evidence.is_nan() { f64::INFINITY } else { evidence }
     }
 
     /// Refines from a point, and returns the solution with the divisor of its energy limit. If that
@@ -277,6 +340,21 @@ impl Analytic {
     ) -> (Solution<Vec<f64>>, f64) {
         let mut free = Solution::new(x.to_vec());
         free.refine(workspace, space, batch, Plan::full(LAST_STEPS));
+        // Again with the prior: first as if samples had an error, to choose between parameters that
+        // are nearly as good, then by the error that remains, so that exact samples are matched.
+        let probable = batch.with_prior((free.error + self.equal) / INDEPENDENT);
+        for part in 0..PROBABLE {
+            let share = free.error / INDEPENDENT;
+            let exact = batch.with_prior(share);
+            let evaluations = free.evaluations;
+            free = Solution::new(free.point);
+            let batch_of_part = if part == 0 { &probable } else { &exact };
+            free.refine(workspace, space, batch_of_part, Plan::full(LAST_STEPS));
+            free = Solution {
+                evaluations: evaluations + free.evaluations,
+                ..free.divided(workspace, space, (batch, 1.0))
+            };
+        }
         let albedo = self.albedo(workspace, space, &free.point, precision);
         if albedo <= 1.0 {
             return (free, 1.0);
@@ -295,7 +373,7 @@ impl Analytic {
             held.refine(
                 workspace,
                 space,
-                &batch.with_albedo_penalty(level, &self.albedos),
+                &probable.with_albedo_penalty(level, &self.albedos),
                 Plan::full(CONSTRAINED_STEPS),
             );
             let albedo = workspace.albedo(space, &held.point, &self.albedos);
@@ -333,16 +411,17 @@ impl Analytic {
         if limit.divisor > 1.0 { limit.divisor } else { limit.albedo }
     }
 
-    /// Front from most to fewest parameters, each better than all with fewer; refined on all
-    /// samples.
+    /// Front from most to fewest parameters, each better than all with fewer or the most probable;
+    /// refined on all samples.
     pub(super) fn front(&self) -> Vec<Finished> {
         let mut order: Vec<&Kept> = self.kept.iter().collect();
         order.sort_by(|a, b| a.space.len().cmp(&b.space.len()).then(a.held.total_cmp(&b.held)));
+        let is_best = |evidence| self.kept.first().is_some_and(|best| best.evidence == evidence);
         let mut front: Vec<&Kept> = Vec::new();
         for kept in order {
             let is_better =
                 front.last().is_none_or(|last| kept.held < (1.0 - MIN_GAIN) * last.held);
-            if is_better {
+            if is_better || is_best(kept.evidence) {
                 front.push(kept);
             }
         }
@@ -359,8 +438,8 @@ impl Analytic {
         let mut least = f64::INFINITY;
         let mut front: Vec<Finished> = Vec::new();
         for (error, finished) in done.into_iter().rev() {
-            if error < least {
-                least = error;
+            if error < least || is_best(finished.evidence) {
+                least = least.min(error);
                 front.push(finished);
             }
         }

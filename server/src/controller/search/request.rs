@@ -7,7 +7,7 @@ use brood_protocol::{
 };
 use brood_scene::Scene;
 use brood_storage::{NewSearch, StorageError, StoredSearch};
-use brood_target::Strategy;
+use brood_target::{Strategy, TargetKind};
 
 use crate::clock::now_ms;
 use crate::controller::check_length;
@@ -16,8 +16,6 @@ use crate::limit;
 use crate::problem::{ApiError, quote};
 use crate::state::App;
 
-/// Default strategy.
-const PREFERRED: Strategy = Strategy::Hybrid;
 const THUMBNAIL_PX: u32 = 256;
 
 /// Checks a request and returns the search to store.
@@ -54,7 +52,9 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         None => target.name.clone(),
     };
     check_name(&name)?;
-    let Start { genomes, dialect, strategy } = start(app, &asked.start, requested).await?;
+    let is_picture = target.kind == TargetKind::Image.name();
+    let Start { genomes, dialect, strategy } =
+        start(app, &asked.start, requested, is_picture).await?;
     let given = match asked.lineage {
         Some(id) => Some(lineage(app, id, dialect).await?),
         None => None,
@@ -183,12 +183,15 @@ async fn start(
     app: &App,
     individuals: &[IndividualId],
     requested: Option<Strategy>,
+    is_picture: bool,
 ) -> Result<Start, ApiError> {
     if individuals.len() > limit::SEARCH_START {
         let words = format!("`start` must have at most {} items", limit::SEARCH_START);
         return Err(ApiError::refused(words).at("/start"));
     }
-    let (mut found, mut strategy) = (Strategy::DIALECT, requested.unwrap_or(PREFERRED));
+    // Sums of models cannot continue from programs.
+    let preferred = Strategy::of_target(is_picture && individuals.is_empty());
+    let (mut found, mut strategy) = (Strategy::DIALECT, requested.unwrap_or(preferred));
     let mut genomes = Vec::with_capacity(individuals.len());
     for (index, id) in individuals.iter().enumerate() {
         let pointer = format!("/start/{index}");
