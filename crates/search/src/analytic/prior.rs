@@ -25,12 +25,13 @@ static FITS: LazyLock<Fits> = LazyLock::new(|| {
 
 /// Materials that were fitted.
 const MATERIALS: usize = 118;
-/// Standard deviation of a coordinate about which nothing is known, as a share of its range.
-const WIDE: f64 = 0.5;
+/// Standard deviation of a coordinate about which nothing is known, as a share of its range: that
+/// of a uniform distribution.
+const WIDE: f64 = 0.29;
 /// Least standard deviation, as a share of the range: few materials look more alike than they are.
 const NARROW: f64 = 0.03;
-/// Materials that count as if they had a wide spread and no correlation.
-const DOUBT: f64 = 3.0;
+/// Materials that count as if they had that spread and no correlation.
+const DOUBT: f64 = 1.0;
 
 /// Gaussian over the coordinates of a form.
 #[derive(Debug, Clone)]
@@ -176,7 +177,8 @@ mod tests {
             let model = model.with("eta", &[eta; 3]).unwrap().with("k", &[k; 3]).unwrap();
             prior.distance(&form.place(&[model]))
         };
-        assert!(distance(3.2, 3.3) + 20.0 < distance(0.36, 0.06));
+        let (metal, other) = (distance(3.2, 3.3), distance(0.36, 0.06));
+        assert!(metal + 20.0 < other, "{metal} {other}");
     }
 
     #[test]
@@ -184,7 +186,7 @@ mod tests {
         let form = Form::one(ModelKind::Lambert);
         let coordinates = form.coordinates();
         let prior = Prior::of(&form, &coordinates);
-        // No fit has this kind: coordinates are independent, with half of the range.
+        // No fit has this kind: coordinates are independent.
         let sigma = WIDE * range(&coordinates[0]);
         let mut hessian = vec![0.0; 9];
         hessian[0] = 8.0;

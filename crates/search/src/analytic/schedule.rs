@@ -247,14 +247,12 @@ impl Analytic {
             workspace.error(space, &fit.point, &self.few, TableDetail::Coarse) / self.few.total;
         for steps in STEPS {
             let share = (error + self.equal) / INDEPENDENT;
-            let evaluations = fit.evaluations;
-            fit = Solution::new(fit.point);
             fit.refine(workspace, space, &self.few.with_prior(share), Plan::coarse(steps));
-            fit.evaluations += evaluations;
             error = (fit.error - share * space.prior.squares(&fit.point)).max(0.0);
         }
         let likelihood = INDEPENDENT * libm::log(error + self.equal);
-        (fit.clone(), likelihood + space.prior.squares(&fit.point))
+        let score = likelihood + space.prior.squares(&fit.point);
+        (fit, score)
     }
 
     /// Applies the evolution strategy to a kept fit.
@@ -342,18 +340,12 @@ impl Analytic {
         free.refine(workspace, space, batch, Plan::full(LAST_STEPS));
         // Again with the prior: first as if samples had an error, to choose between parameters that
         // are nearly as good, then by the error that remains, so that exact samples are matched.
-        let probable = batch.with_prior((free.error + self.equal) / INDEPENDENT);
-        for part in 0..PROBABLE {
-            let share = free.error / INDEPENDENT;
-            let exact = batch.with_prior(share);
-            let evaluations = free.evaluations;
-            free = Solution::new(free.point);
-            let batch_of_part = if part == 0 { &probable } else { &exact };
-            free.refine(workspace, space, batch_of_part, Plan::full(LAST_STEPS));
-            free = Solution {
-                evaluations: evaluations + free.evaluations,
-                ..free.divided(workspace, space, (batch, 1.0))
-            };
+        let mut share = (free.error + self.equal) / INDEPENDENT;
+        let probable = batch.with_prior(share);
+        for _ in 0..PROBABLE {
+            free.refine(workspace, space, &batch.with_prior(share), Plan::full(LAST_STEPS));
+            free = free.divided(workspace, space, (batch, 1.0));
+            share = free.error / INDEPENDENT;
         }
         let albedo = self.albedo(workspace, space, &free.point, precision);
         if albedo <= 1.0 {

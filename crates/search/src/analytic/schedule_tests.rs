@@ -136,8 +136,10 @@ fn front_is_ranked_under_the_energy_limit() {
         let found = Found::all(&outcome.front, &target).unwrap();
         let errors: Vec<_> = found.iter().map(|f| (f.parameters, f.e_log, f.divisor)).collect();
         assert!(found[outcome.best].e_log < 0.004, "seed {seed}: {errors:?}");
-        for both in found.windows(2) {
-            assert!(both[0].e_log < both[1].e_log, "seed {seed}: {errors:?}");
+        // Each is better than all with fewer parameters, or the most probable.
+        for (k, both) in found.windows(2).enumerate() {
+            let is_better = both[0].e_log < both[1].e_log;
+            assert!(is_better || k == outcome.best, "seed {seed}: {errors:?}");
         }
         // The best fit of a running search is ranked in the same way, but without the allowance of
         // the energy limit, up to 6 % here.
