@@ -17,7 +17,7 @@ pub struct Material {
 pub fn all(data: Option<&Path>) -> Vec<Material> {
     let formulas = [
         ("gold", conductor([0.143, 0.375, 1.442], [3.983, 2.386, 1.603], 0.2, "ggx")),
-        ("chrome", conductor([3.2, 3.18, 2.33], [3.3, 3.33, 3.14], 0.08, "beckmann")),
+        ("chrome", conductor([3.2, 3.18, 2.33], [3.3, 3.33, 3.15], 0.08, "beckmann")),
         ("iron", conductor([1.1, 1.1, 1.1], [6.0, 6.0, 6.0], 0.35, "ggx")),
         ("blue plastic", plastic([0.1, 0.27, 0.36], 0.1, false)),
         ("white plastic", plastic([0.7, 0.68, 0.6], 0.25, true)),
