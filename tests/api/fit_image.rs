@@ -56,6 +56,9 @@ fn material_is_recovered_from_a_picture_of_a_known_scene() {
         let bytes = std::fs::read(folder.path().join(format!("out/{name}.png"))).unwrap();
         assert_eq!(image::load_from_memory(&bytes).unwrap().width(), 48, "{name}");
     }
+    // Pictures are fitted by models if no strategy is chosen.
+    let report = fit(&picture, &["--models", "lambert", "--generations", "1"]);
+    assert_eq!(report["search"]["strategy"], "analytic");
     // The lobe strategy does not use the model, and still comes close.
     let report = fit(&picture, &["--strategy", "lobes", "--generations", "2"]);
     assert!(report["image_rmse"].as_f64().unwrap() < 0.02, "{report}");

@@ -120,7 +120,7 @@ export function choiceInWords(front) {
   const [best, ...others] = front;
   const lower = others.filter(({ e_log }) => e_log < best.e_log).length;
   if (lower === 0) return "";
-  return `The best is chosen by its error on fitted samples, because held-out samples only check the choice: ${lower === 1 ? "one other result has" : `${lower} other results have`} a lower held-out error.`;
+  return `The best is chosen on fitted samples, because held-out samples only check the choice: ${lower === 1 ? "one other result has" : `${lower} other results have`} a lower held-out error.`;
 }
 
 /** Name of a target for people. @param {Target} of */

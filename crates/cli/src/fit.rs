@@ -100,11 +100,12 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         seconds > 0.0 && seconds <= 1e6,
         "--seconds must be above 0 and at most 1000000, got {seconds}"
     );
-    let is_analytic = args.strategy == Some(Strategy::Analytic);
-    ensure!(args.models.is_empty() || is_analytic, "--models needs --strategy analytic");
     let renderer = Renderer::new(args.frame.backend);
     // Loaded before the search, so that a bad scene fails at once.
     let images = image::read(args, &renderer)?;
+    let strategy = args.strategy.unwrap_or(Strategy::of_target(images.is_some()));
+    let is_analytic = strategy == Strategy::Analytic;
+    ensure!(args.models.is_empty() || is_analytic, "--models needs --strategy analytic");
     let (target, kind) = match &images {
         Some(images) => (images.target(), "picture"),
         None => {
@@ -119,7 +120,6 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     }
     let pool = pool.build().context("start the threads of the search")?;
     let begun = Instant::now();
-    let strategy = args.strategy.unwrap_or(Strategy::of_target(images.is_some()));
     let (outcome, progress) = pool.install(|| search(args, strategy, &target, seconds))?;
     let seconds = begun.elapsed().as_secs_f64();
     let front =

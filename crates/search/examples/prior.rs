@@ -1,5 +1,5 @@
 //! Fits each kind of model to measured materials, and writes the parameters of good fits as the
-//! prior of `analytic`.
+//! prior of `analytic`. The fits have no prior themselves.
 //!
 //! `cargo run --release -p brood-search --example prior -- OUTPUT WITHOUT FILE.json ...`: the files
 //! hold the weights of neural materials; `WITHOUT` names materials to leave out, with commas.
@@ -8,9 +8,8 @@ use std::collections::BTreeMap;
 use std::error::Error;
 
 use brood_brdf::{ModelKind, Neural};
-use brood_search::analytic::default_kinds;
-use brood_search::{Options, Search};
-use brood_target::{MeasuredTarget, Strategy};
+use brood_search::analytic::{Form, Recovery, default_kinds};
+use brood_target::MeasuredTarget;
 use rayon::prelude::*;
 
 /// A fit counts if its E_log is at most this multiple of the best kind's.
@@ -18,12 +17,12 @@ const GOOD: f64 = 1.6;
 /// Significant digits of the parameters.
 const DIGITS: usize = 4;
 
-/// eta, then k, of metals, at 650, 550 and 450 nm, rounded: silver, aluminium, copper, iron,
-/// nickel, platinum, lead, molybdenum, iridium, tungsten, mercury, titanium. Fits of the measured
-/// metals do not show these: their highlights are blurred, and many other models are as near.
+/// eta, then k, of metals, for red, green and blue: silver, aluminium, copper, iron, nickel,
+/// platinum, lead, molybdenum, iridium, tungsten, mercury, titanium. Fits of measured metals do not
+/// determine them, because measured highlights are blurred.
 ///
 /// # Source
-/// refractiveindex.info (public domain).
+/// Tables of optical constants that renderers use, rounded; not of one measurement.
 const METALS: [[f64; 6]; 12] = [
     [0.16, 0.14, 0.14, 4.07, 3.19, 2.20],
     [1.52, 0.97, 0.53, 7.66, 6.46, 5.07],
@@ -38,8 +37,8 @@ const METALS: [[f64; 6]; 12] = [
     [2.40, 1.44, 0.91, 6.33, 4.37, 3.42],
     [2.74, 2.54, 2.27, 3.81, 3.43, 3.04],
 ];
-/// Roughness of the first and of the last metal; those between are spread by ratios, in an order
-/// that has nothing to do with eta and k.
+/// Least and largest roughness of the metals. The metals have different ones, evenly spaced by
+/// ratio, in an order that does not depend on eta and k.
 const ROUGHNESS: [f64; 2] = [0.03, 0.6];
 
 /// Kind, parameter values and E_log of a fit.
@@ -96,20 +95,12 @@ fn metals() -> BTreeMap<String, Vec<f64>> {
 fn fits(bytes: &[u8], name: &str) -> Result<Vec<Fitted>, Box<dyn Error + Send + Sync>> {
     let neural = Neural::read(bytes, name)?;
     let target = MeasuredTarget::of(&neural)?;
-    let options =
-        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: false, start: Vec::new() };
     let mut found = Vec::new();
     for kind in default_kinds() {
-        let mut search = Search::with_kinds(&target.fitted, &options, vec![kind]);
-        let progress = search.step();
-        let Some(best) = search.best() else { continue };
-        let model = &best.genome.layers()[0];
-        let values: Vec<f64> = model
-            .parameter_values()
-            .iter()
-            .map(|value| format!("{value:.DIGITS$e}").parse())
-            .collect::<Result<_, _>>()?;
-        found.push((kind, values, progress.held));
+        let fit = Recovery::new(&target.fitted, Form::one(kind), 0.0).run(1, 0);
+        let rounded = fit.model.parameter_values().iter();
+        let rounded = rounded.map(|value| format!("{value:.DIGITS$e}").parse());
+        found.push((kind, rounded.collect::<Result<_, _>>()?, fit.e_log));
     }
     Ok(found)
 }

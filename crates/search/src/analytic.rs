@@ -8,8 +8,8 @@
 //!
 //! `schedule` runs the generations of a search over forms. `vary` makes its starting points,
 //! `refine` and `evolve` optimise, `residual` evaluates models and their derivatives on samples,
-//! `albedo` has the quadratures of directional albedos,
-//! `prior` the parameters that measured materials have. `recover` fits one given form.
+//! `albedo` has the quadratures of directional albedos, `prior` the probability of parameters.
+//! `recover` fits one given form.
 
 mod albedo;
 mod batch;

@@ -121,9 +121,9 @@ impl Search {
         self.method.probe()
     }
 
-    /// Best candidate so far; `None` before the first generation. [`Strategy::Analytic`] chooses by
-    /// the error on the validation samples, the other strategies by those on training and
-    /// validation samples.
+    /// Best candidate so far; `None` before the first generation. [`Strategy::Analytic`] chooses
+    /// the most probable form of model, the other strategies the least error on training and
+    /// validation samples together.
     #[must_use]
     pub fn best(&self) -> Option<Candidate> {
         self.method.best()

@@ -31,7 +31,7 @@ pub(super) struct Batch {
     pub(super) total: f64,
     /// Quadrature and level of the penalty on albedos above that level.
     pub(super) albedos: Option<(Arc<Albedos>, f64)>,
-    /// Mean square of residuals that counts as much as one squared standard deviation of the prior.
+    /// Weight of the prior: what one squared standard deviation adds to the mean squared residual.
     pub(super) prior: Option<f64>,
 }
 
@@ -58,10 +58,9 @@ impl Batch {
         Self { albedos: Some((albedos.clone(), level)), ..self.clone() }
     }
 
-    /// Copy with the prior: one squared standard deviation counts as much as this mean square of
-    /// residuals.
-    pub(super) fn with_prior(&self, share: f64) -> Self {
-        Self { prior: Some(share), ..self.clone() }
+    /// Copy with this weight of the prior.
+    pub(super) fn with_prior(&self, weight: f64) -> Self {
+        Self { prior: Some(weight), ..self.clone() }
     }
 
     /// Number of residuals, including those of empty lanes; albedos and prior take a block each.

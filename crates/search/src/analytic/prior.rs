@@ -1,11 +1,11 @@
 //! Prior over the parameters of models: a Gaussian over their coordinates, from fits of measured
 //! materials.
 //!
-//! A picture shows few pairs of directions. The same highlight is a metal's or one of an index of
-//! refraction that no material has, and only under another light do they differ. The prior decides
-//! between such fits, and is a small term where samples decide. docs/maths/fit.md has the formulas.
+//! A picture shows few pairs of directions. Different parameters may match it equally and differ
+//! under another light. The prior chooses the parameters that are most like those of known
+//! materials. Its weight falls with the error of the fit. docs/maths/fit.md has the formulas.
 //!
-//! `prior.json` holds the parameters that own fits of measured materials have (example `prior`).
+//! `prior.json` holds the parameters of fits of measured materials, made by the example `prior`.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -25,12 +25,14 @@ static FITS: LazyLock<Fits> = LazyLock::new(|| {
 
 /// Materials that were fitted.
 const MATERIALS: usize = 118;
-/// Standard deviation of a coordinate about which nothing is known, as a share of its range: that
-/// of a uniform distribution.
+/// Standard deviation of an unknown coordinate, as a share of its range. A uniform distribution has
+/// the same.
 const WIDE: f64 = 0.29;
-/// Least standard deviation, as a share of the range: few materials look more alike than they are.
+/// Standard deviation that is added to each coordinate, as a share of its range. Few materials were
+/// fitted, and others are less alike.
 const NARROW: f64 = 0.03;
-/// Materials that count as if they had that spread and no correlation.
+/// Number of imaginary materials with the standard deviation `WIDE` and no correlation that are
+/// added to the fitted ones.
 const DOUBT: f64 = 1.0;
 
 /// Gaussian over the coordinates of a form.
@@ -110,15 +112,17 @@ impl Prior {
         self.deviations(x).iter().map(|z| z * z).sum()
     }
 
-    /// -2 ln of the density, up to a constant that no choice depends on: the sum of squared
-    /// deviations, and how rare materials are that the models fit.
+    /// -2 ln of the probability density, up to a constant: the sum of squared deviations and
+    /// -2 ln of the share of materials that the models fit well.
     pub(super) fn distance(&self, x: &[f64]) -> f64 {
         self.squares(x) + self.rarity
     }
 
-    /// ln det(1 + U H U^T), H being the second derivatives of half the sum of squares that the data
-    /// add to [`Prior::distance`]: twice the logarithm of the factor by which data shrink the
-    /// volume of the prior. A form pays for each parameter that it needs to be fitted.
+    /// ln det(1 + U H U^T), the term of Laplace's approximation that penalises each parameter that
+    /// the samples determine.
+    ///
+    /// `hessian` is H, row by row: the second derivatives of -ln of the likelihood by the
+    /// coordinates.
     pub(super) fn shrinkage(&self, hessian: &[f64]) -> f64 {
         let count = self.mean.len();
         let row = |a: usize| &self.factor[a * count..][a..count];
@@ -168,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn metals_are_more_probable_than_a_conductor_that_no_metal_is() {
+    fn conductors_like_metals_are_more_probable_than_others() {
         let form = Form::one(ModelKind::Conductor);
         let coordinates = form.coordinates();
         let prior = Prior::of(&form, &coordinates);

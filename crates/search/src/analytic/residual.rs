@@ -142,8 +142,8 @@ impl Workspace {
         let rest = &mut out[ROW * batch.lanes.len()..];
         rest.fill(0.0);
         let (out, of_prior) = rest.split_at_mut(batch.albedos.as_ref().map_or(0, |_| ROW));
-        if let Some(share) = batch.prior {
-            let scale = (share * batch.total).sqrt();
+        if let Some(weight) = batch.prior {
+            let scale = (weight * batch.total).sqrt();
             for (out, deviation) in of_prior.iter_mut().zip(space.prior.deviations(x)) {
                 *out = scale * deviation;
                 sum += *out * *out;

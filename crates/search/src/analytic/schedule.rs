@@ -29,8 +29,8 @@ const FEW: usize = 384;
 const MANY: usize = 2048;
 /// Number of starts of each kind in the first generation.
 const STARTS: u32 = 7;
-/// Start from which on starts are uniform; those before are drawn from the prior, but for the
-/// first.
+/// Starts below this number are drawn from the prior, except the first, which has the model's
+/// defaults. The others are uniform.
 const FAMILIAR: u32 = 4;
 /// Number of these that are refined on the samples of the later steps.
 const BETTER: usize = 2;
@@ -53,8 +53,8 @@ const TRIED: u32 = 16;
 const EVOLVE_GENERATIONS: usize = 80;
 /// Every fourth generation, the evolution strategy refines the best fit.
 const EVOLVE: u32 = 4;
-/// Independent observations that the samples count as. Neighbouring pixels have the same errors of
-/// model, light and camera, so thousands of samples say less than their number.
+/// Number of independent observations that the samples count as. It is below the number of samples,
+/// because neighbouring pixels have the same errors of model, light and camera.
 const INDEPENDENT: f64 = 400.0;
 /// Error below which fits are equally good, as a share of the root mean square of ln(1 + f cos_i):
 /// renderers differ by as much.
@@ -162,7 +162,7 @@ impl Analytic {
             .zip(&self.kinds)
             .flat_map(|(index, kind)| (0..STARTS).map(move |k| (index * STARTS + k, *kind)))
             .collect();
-        let begun: Vec<(Space, Solution<Vec<f64>>, f64)> = slots
+        let started: Vec<(Space, Solution<Vec<f64>>, f64)> = slots
             .into_par_iter()
             .map_init(Workspace::new, |workspace, (slot, kind)| {
                 let space = Space::new(Form::one(kind));
@@ -178,7 +178,7 @@ impl Analytic {
             .collect();
         let given = self.given.iter().filter_map(from_genome).collect::<Vec<_>>();
         let mut better = Vec::new();
-        for part in begun.chunks(STARTS as usize) {
+        for part in started.chunks(STARTS as usize) {
             let mut part = part.to_vec();
             part.sort_by(|a, b| a.2.total_cmp(&b.2));
             self.evaluations += part.iter().map(|(_, fit, _)| fit.evaluations).sum::<u64>();
@@ -234,9 +234,11 @@ impl Analytic {
         self.refine_and_keep(tried);
     }
 
-    /// Takes the first steps of a fit. The prior counts by the error at each part of them: far from
-    /// the samples it keeps the fit from parameters that make up for each other. Also returns -2 ln
-    /// of the fit's probability.
+    /// Refines a start on [`FEW`] samples. Also returns its score, the least of which is best: -2
+    /// ln of the probability of the parameters, up to a constant.
+    ///
+    /// The weight of the prior is set from the error before each part of the steps. While the error
+    /// is large, the prior keeps the parameters near those of known materials.
     fn coarse(
         &self,
         workspace: &mut Workspace,
@@ -246,9 +248,9 @@ impl Analytic {
         let mut error =
             workspace.error(space, &fit.point, &self.few, TableDetail::Coarse) / self.few.total;
         for steps in STEPS {
-            let share = (error + self.equal) / INDEPENDENT;
-            fit.refine(workspace, space, &self.few.with_prior(share), Plan::coarse(steps));
-            error = (fit.error - share * space.prior.squares(&fit.point)).max(0.0);
+            let weight = (error + self.equal) / INDEPENDENT;
+            fit.refine(workspace, space, &self.few.with_prior(weight), Plan::coarse(steps));
+            error = (fit.error - weight * space.prior.squares(&fit.point)).max(0.0);
         }
         let likelihood = INDEPENDENT * libm::log(error + self.equal);
         let score = likelihood + space.prior.squares(&fit.point);
@@ -309,7 +311,8 @@ impl Analytic {
         self.kept.truncate(KEPT);
     }
 
-    /// Returns -2 ln of the probability of a form, by Laplace's approximation around its fit.
+    /// Returns -2 ln of the probability of a form, up to a constant, by Laplace's approximation
+    /// around its fit.
     fn evidence(
         &self,
         workspace: &mut Workspace,
@@ -338,14 +341,15 @@ impl Analytic {
     ) -> (Solution<Vec<f64>>, f64) {
         let mut free = Solution::new(x.to_vec());
         free.refine(workspace, space, batch, Plan::full(LAST_STEPS));
-        // Again with the prior: first as if samples had an error, to choose between parameters that
-        // are nearly as good, then by the error that remains, so that exact samples are matched.
-        let mut share = (free.error + self.equal) / INDEPENDENT;
-        let probable = batch.with_prior(share);
+        // The prior first has a weight as if the error were at least `equal`, which chooses between
+        // parameters of nearly the same error. Its last weights are those of the error that
+        // remains, so that exact samples are matched exactly.
+        let mut weight = (free.error + self.equal) / INDEPENDENT;
+        let probable = batch.with_prior(weight);
         for _ in 0..PROBABLE {
-            free.refine(workspace, space, &batch.with_prior(share), Plan::full(LAST_STEPS));
+            free.refine(workspace, space, &batch.with_prior(weight), Plan::full(LAST_STEPS));
             free = free.divided(workspace, space, (batch, 1.0));
-            share = free.error / INDEPENDENT;
+            weight = free.error / INDEPENDENT;
         }
         let albedo = self.albedo(workspace, space, &free.point, precision);
         if albedo <= 1.0 {
