@@ -138,14 +138,11 @@ async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
     let count = |name: &str| view["pixels"][name].as_u64().unwrap();
     assert!(count("used") > 800 && count("edge") > 50 && count("unlit") > 50, "{view}");
     assert_eq!(target["samples"], view["pixels"]["used"]);
-
     // The strategy if none is chosen: models, or one that continues from programs.
-    let mut body = json!({"kind": "fit", "target": target["id"], "threads": 1, "generations": 1});
-    let strategy = |job: Value| job["strategy"].clone();
-    assert_eq!(strategy(server.post("/v1/jobs", &body).await.expect(202).json()), "analytic");
-    body["start"] = json!([individual]);
-    assert_eq!(strategy(server.post("/v1/jobs", &body).await.expect(202).json()), "hybrid");
-
+    for (start, strategy) in [(json!([]), "analytic"), (json!([individual]), "hybrid")] {
+        let body = json!({"kind": "fit", "target": target["id"], "generations": 1, "start": start});
+        assert_eq!(server.post("/v1/jobs", &body).await.expect(202).json()["strategy"], strategy);
+    }
     // Its pictures.
     let shown = server.get(&format!("{place}/views/0/picture.png")).await.expect(200);
     assert_eq!(shown.header("cache-control"), "private, max-age=31536000, immutable");

@@ -77,8 +77,8 @@ impl Options {
                     options.exports = true;
                 }
                 "--genomes" => {
-                    let count = words.next().context("--genomes needs a number")?;
-                    options.genomes = Some(count.parse().context("--genomes")?);
+                    let count = words.next().and_then(|count| count.parse().ok());
+                    options.genomes = Some(count.context("--genomes needs a number")?);
                     options.exports = true;
                 }
                 "--data" => {

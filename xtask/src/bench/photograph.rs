@@ -50,27 +50,25 @@ struct Row {
 /// Runs the comparison.
 pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(Task::Photographs, words)?;
+    let data = options.data.as_ref().map(|data| data.canonicalize().context("resolve --data"));
+    let data = data.transpose()?;
+    let folder = suite::target_directory()?.join("peers/photographs");
+    let photographs = photographs(&options, data.as_deref(), &folder)?;
     let mut environment = Environment::prepare(&options, &[Peer::Mitsuba])?;
     let mut missing = std::mem::take(&mut environment.missing);
     ensure!(environment.has(Peer::Mitsuba), "Mitsuba takes the pictures: {}", missing.join("; "));
-    let folder = suite::target_directory()?.join("peers/photographs");
     if folder.exists() {
         std::fs::remove_dir_all(&folder).context("empty the folder of photographs")?;
     }
     std::fs::create_dir_all(&folder).context("create the folder of photographs")?;
-    let data = match &options.data {
-        Some(data) => Some(data.canonicalize().context("resolve --data")?),
-        None => {
-            missing.push(NO_DATA.to_owned());
-            None
+    match &data {
+        None => missing.push(NO_DATA.to_owned()),
+        Some(data) => {
+            let mesh = data.join("meshes/spot_triangulated.obj");
+            shell::run(environment.script("mesh_forms.py").arg(mesh).arg(&folder))?;
         }
-    };
-    if let Some(data) = &data {
-        let mesh = data.join("meshes/spot_triangulated.obj");
-        shell::run(environment.script("mesh_forms.py").arg(mesh).arg(&folder))?;
     }
     let count = options.pictures.unwrap_or(1);
-    let photographs = photographs(&options, data.as_deref(), &folder)?;
     let list = folder.join("photographs.json");
     let jobs: Vec<Value> = photographs.iter().map(|each| each.job(&folder, count)).collect();
     std::fs::write(&list, json!(jobs).to_string()).context("write the list of photographs")?;
@@ -117,7 +115,9 @@ fn photographs(options: &Options, data: Option<&Path>, folder: &Path) -> Result<
             }
         }
     }
-    ensure!(!found.is_empty(), "no photograph has these materials and grades");
+    let grades = Grade::ALL.map(Grade::name).join(", ");
+    let materials: Vec<&str> = material::all(data).iter().map(|material| material.name).collect();
+    ensure!(!found.is_empty(), "grades are {grades}; materials are {}", materials.join(", "));
     Ok(found)
 }
 
