@@ -285,7 +285,7 @@ mod tests {
     use brood_inspect::Specimen;
     use brood_mesh::BuiltinMesh;
     use brood_protocol::Backend;
-    use brood_scene::{ClipFrom, Sampling, Scene};
+    use brood_scene::{ClipFrom, Refine, Sampling, Scene};
     use brood_target::{BundledView, PictureBundle};
 
     use super::*;
@@ -392,6 +392,7 @@ mod tests {
             clip_from: ClipFrom::LARGEST,
             crop: None,
             is_held_out: false,
+            refine: Refine::default(),
             picture,
             mask: Some(brood_eval::encode_png(40, 40, &half)),
         };

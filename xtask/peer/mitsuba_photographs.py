@@ -67,6 +67,8 @@ def take(photograph, index, picture):
         write(folder / file, (codes.clip(0, 1) * 255 + 0.5).astype(numpy.uint8))
         stated["film"] = {"exposure": ev, "tone": "none"}
     view = {"picture": file, "scene": stated}
+    if picture["refine"]:
+        view["refine"] = picture["refine"]
     return view | ({"mesh": photograph["mesh"]} if photograph["mesh"] else {})
 
 

@@ -19,7 +19,7 @@ use brood_eval::encode_png;
 use brood_genome::{Genome, ModelKind};
 use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
-use brood_scene::{ClipFrom, Exposure, PixelArea};
+use brood_scene::{ClipFrom, Exposure, PixelArea, Refine};
 use brood_search::{Found, Options, Outcome, Progress, Search};
 use brood_target::{MeasuredTarget, Strategy};
 use brood_worker::Renderer;
@@ -31,8 +31,9 @@ use crate::front;
 use log::Log;
 use report::Report;
 
-/// Default budget in seconds.
+/// Default budget in seconds, and the least that is left to the search after scenes were corrected.
 const SECONDS: f64 = 10.0;
+const LEAST_SECONDS: f64 = 0.01;
 
 /// Options of `brood fit`.
 #[derive(Debug, Args)]
@@ -78,6 +79,10 @@ pub struct FitArgs {
     /// describes this part
     #[arg(long, value_name = "X,Y,W,H", value_parser = str::parse::<PixelArea>)]
     pub crop: Option<PixelArea>,
+    /// Uncertainties within which the scene of the picture is corrected, as JSON such as
+    /// '{"light_deg": 2, "camera_deg": 1}'
+    #[arg(long, value_name = "JSON", value_parser = refine)]
+    pub refine: Option<Refine>,
     /// Read an .exr as an image slice, even with --scene
     #[arg(long)]
     pub slice: bool,
@@ -102,15 +107,15 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     );
     let renderer = Renderer::new(args.frame.backend);
     // Loaded before the search, so that a bad scene fails at once.
-    let images = image::read(args, &renderer)?;
+    let mut images = image::read(args, &renderer)?;
     let strategy = args.strategy.unwrap_or(Strategy::of_target(images.is_some()));
     let is_analytic = strategy == Strategy::Analytic;
     ensure!(args.models.is_empty() || is_analytic, "--models needs --strategy analytic");
-    let (target, kind) = match &images {
-        Some(images) => (images.target(), "picture"),
+    let measured = match &images {
+        Some(_) => None,
         None => {
             args.frame.load_alone(&renderer, PictureFormat::Png)?;
-            material_file::read_target(&args.target)?
+            Some(material_file::read_target(&args.target)?)
         }
     };
     output::make_dir(&args.output)?;
@@ -120,7 +125,13 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     }
     let pool = pool.build().context("start the threads of the search")?;
     let begun = Instant::now();
-    let (outcome, progress) = pool.install(|| search(args, strategy, &target, seconds))?;
+    images = images.map(|images| pool.install(|| images.calibrated())).transpose()?;
+    let (target, kind) = match (&images, measured) {
+        (Some(images), _) => (images.target(), "picture"),
+        (None, measured) => measured.expect("a target is pictures or a measurement"),
+    };
+    let rest = (seconds - begun.elapsed().as_secs_f64()).max(LEAST_SECONDS);
+    let (outcome, progress) = pool.install(|| search(args, strategy, &target, rest))?;
     let seconds = begun.elapsed().as_secs_f64();
     let front =
         pool.install(|| Found::all(&outcome.front, &target)).context("evaluate the front")?;
@@ -144,6 +155,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let mut report_json = report.json(&run);
     if let Some(images) = &images {
         report_json["target"]["pixels"] = serde_json::json!(images.counts());
+        report_json["corrections"] = image::corrections(images.corrections());
         report_json["image_rmse"] = views[0]["rmse"].clone();
         report_json["views"] = serde_json::json!(views);
     }
@@ -152,8 +164,9 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     if json {
         return output::print(&format!("{text}\n"));
     }
-    let pictures_text =
-        images.map_or_else(String::new, |images| image::text(&views, images.counts()));
+    let pictures_text = images.map_or_else(String::new, |images| {
+        image::corrections_text(images.corrections()) + &image::text(&views, images.counts())
+    });
     output::print(&format!(
         "{}{pictures_text}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
          front.csv with its genomes, and report.json\n",
@@ -161,6 +174,13 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         progress.generation,
         args.output.display(),
     ))
+}
+
+/// Reads uncertainties.
+fn refine(text: &str) -> Result<Refine, String> {
+    let refine: Refine = serde_json::from_str(text).map_err(|error| error.to_string())?;
+    refine.validate().map_err(|error| error.to_string())?;
+    Ok(refine)
 }
 
 /// Genome and columns of front.csv.

@@ -41,7 +41,8 @@ pub use ies::{IesError, IesErrorKind, IesProfile, Photometry};
 pub use image_pyramid::ImagePyramid;
 pub use light::{
     AREA_SAMPLES, AmbientLight, DirectionalLight, DiskLight, ENVIRONMENT_SAMPLES, EnvironmentLight,
-    IesLight, Light, PointLight, Quantity, RectangleLight, SphereLight, SpotLight, Strength,
+    IesLight, Light, LightMove, PointLight, Quantity, RectangleLight, SphereLight, SpotLight,
+    Strength,
 };
 pub use sampler::{CentralLight, LightSample, LightSampler, Receiver};
 pub use sequence::ray_seed;

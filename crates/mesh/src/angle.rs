@@ -42,6 +42,16 @@ pub fn rotation_y_deg(degrees: f64) -> DMat3 {
     DMat3::from_cols(DVec3::new(c, 0.0, -s), DVec3::Y, DVec3::new(s, 0.0, c))
 }
 
+/// Returns a vector rotated about a unit axis, counterclockwise seen from the axis' end.
+///
+/// # Units
+/// Degrees.
+#[must_use]
+pub fn rotated_deg(v: DVec3, axis: DVec3, degrees: f64) -> DVec3 {
+    let (s, c) = sin_cos_deg(degrees);
+    v * c + axis.cross(v) * s + axis * (axis.dot(v) * (1.0 - c))
+}
+
 /// Returns the unit vector of an azimuth (0 is +z, 90 is +x) and an elevation above the xz plane,
 /// both in degrees.
 #[must_use]

@@ -129,6 +129,12 @@ impl UnitFrame {
         (DVec3::from(world) - self.pivot) / self.radius
     }
 
+    /// Returns the world position of a position from [`UnitFrame::relative`].
+    #[must_use]
+    pub fn world(&self, relative: DVec3) -> [f64; 3] {
+        (relative * self.radius + self.pivot).to_array()
+    }
+
     /// Transforms a position from [`UnitFrame::relative`] to the unit frame.
     #[must_use]
     pub fn position(&self, relative: DVec3) -> DVec3 {

@@ -18,13 +18,16 @@
 
 mod backdrop;
 mod clip_from;
+mod correction;
 mod description;
 mod prefiltered;
+mod refine;
 mod sample_set;
 mod stage;
 
 pub use backdrop::{backdrop_colors, backdrop_radiance, colors_towards, radiance_towards};
 pub use clip_from::{ClipFrom, ClipFromError};
+pub use correction::{CameraMove, Correction};
 pub use description::{
     Backdrop, Camera, EV_MAX, Exposure, Film, Ground, LIGHT_SAMPLES_MAX, LIGHTS_MAX, LookAtCamera,
     MeshRef, NormalMap, Normals, OBJECTS_MAX, OrbitCamera, OrthographicCamera, Scene, SceneObject,
@@ -34,6 +37,7 @@ pub use prefiltered::{
     LitPoint, LobeNodes, LobeShape, LobeTable, NODES, NODES_TOGETHER, PixelBetween,
     PrefilteredLight, SphereLayout,
 };
+pub use refine::Refine;
 pub use sample_set::{
     ImageLayout, LeavingRay, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError,
     PixelRays, PixelRun, PixelSpan, Raster, RayEnd, RayEnds, SampleCounts, SampleSet, Sampling,

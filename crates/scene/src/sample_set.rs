@@ -48,4 +48,4 @@ pub use sampling::{PixelArea, PixelAreaError, Raster, Sampling, SamplingError};
 pub use seen_point::LeavingRay;
 pub use set::SampleSet;
 pub use size::{PictureSize, PictureSizeError};
-pub(crate) use view::View;
+pub(crate) use view::{View, looking_at};

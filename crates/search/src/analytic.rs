@@ -27,7 +27,9 @@ mod vary;
 
 pub use form::{Form, LobeForm};
 pub use recover::{Recovered, Recovery};
+pub(crate) use residual::{ROW, Space, Workspace};
 pub use schedule::{Analytic, default_kinds};
+pub(crate) use schedule::{EQUAL, INDEPENDENT};
 
 /// Number of samples per block.
-const LANES: usize = 64;
+pub(crate) const LANES: usize = 64;

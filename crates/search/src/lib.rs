@@ -28,6 +28,7 @@
 
 pub mod analytic;
 mod ask;
+mod calibration;
 mod found;
 mod front;
 mod gp;
@@ -45,6 +46,7 @@ mod test_material;
 mod time_budget;
 
 pub use ask::{AskOptions, AskTell, Evaluated, TellError};
+pub use calibration::{Calibrated, Corrected, calibrate};
 pub use found::Found;
 pub use gp::Population;
 pub use method::{Candidate, Outcome, Progress};

@@ -11,14 +11,17 @@ use std::sync::Arc;
 
 use brood_light::{IesProfile, LightAssets};
 use brood_mesh::{BuiltinMesh, Mesh};
-use brood_scene::{ClipFrom, MeshRef, PixelArea, Sampling, Scene};
+use brood_scene::{ClipFrom, MeshRef, PixelArea, Refine, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 use crate::{MeasuredTarget, Samples};
 
 /// Prefix of every file; the digit is the version.
-const MAGIC: &[u8; 17] = b"brood pictures/3\n";
+const MAGIC: &[u8; 17] = b"brood pictures/4\n";
+/// Prefix of files without [`BundledView::refine`]. Bundles of exact scenes are written so, and
+/// keep their hash.
+const MAGIC_EXACT: &[u8; 17] = b"brood pictures/3\n";
 /// Prefix of files without [`BundledView::crop`]. Bundles without crops are written so, and keep
 /// their hash.
 const MAGIC_WHOLE: &[u8; 17] = b"brood pictures/2\n";
@@ -57,6 +60,8 @@ pub struct BundledView {
     pub crop: Option<PixelArea>,
     /// True if it is held out of the fit.
     pub is_held_out: bool,
+    /// Uncertainties within which the scene may be corrected.
+    pub refine: Refine,
     /// Encoded picture.
     pub picture: Vec<u8>,
     /// Encoded mask.
@@ -193,8 +198,15 @@ impl PictureBundle {
         };
         let settings: Vec<ClipFrom> = self.views.iter().map(|view| view.clip_from).collect();
         let crops: Vec<Option<PixelArea>> = self.views.iter().map(|view| view.crop).collect();
-        let bytes = if crops.iter().any(Option::is_some) {
-            postcard::to_extend(&(settings, crops, written), MAGIC.to_vec())
+        let is_exact = self.views.iter().all(|view| view.refine.is_exact());
+        let bytes = if !is_exact {
+            let json = |view: &BundledView| {
+                serde_json::to_string(&view.refine).expect("numbers serialise as JSON")
+            };
+            let refine: Vec<String> = self.views.iter().map(json).collect();
+            postcard::to_extend(&(refine, settings, crops, written), MAGIC.to_vec())
+        } else if crops.iter().any(Option::is_some) {
+            postcard::to_extend(&(settings, crops, written), MAGIC_EXACT.to_vec())
         } else if settings.iter().all(|setting| *setting == ClipFrom::LARGEST) {
             postcard::to_extend(&written, MAGIC_LARGEST.to_vec())
         } else {
@@ -217,20 +229,25 @@ impl PictureBundle {
             return Err(BundleError::TooLarge(bytes.len()));
         }
         let malformed = |error: String| BundleError::Malformed(error);
-        let (settings, crops, read) = contents(bytes)?;
-        if settings.len() != read.views.len() || crops.len() != read.views.len() {
-            let counts = (settings.len(), crops.len());
+        let Contents { refine, settings, crops, read } = contents(bytes)?;
+        let counts = [refine.len(), settings.len(), crops.len()];
+        if counts != [read.views.len(); 3] {
+            let [refine, settings, crops] = counts;
             return Err(malformed(format!(
-                "{} settings of clipping, {} crops",
-                counts.0, counts.1
+                "{refine} uncertainties, {settings} settings of clipping, {crops} crops"
             )));
         }
         let meshes: Vec<Arc<Mesh>> = read.meshes.into_iter().map(Arc::new).collect();
         let profiles = read.profiles.into_iter();
         let profiles = profiles.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect();
         let mut views = Vec::with_capacity(read.views.len().min(VIEWS_MOST));
-        let settings = settings.into_iter().zip(crops);
-        for (index, (view, (clip_from, crop))) in read.views.into_iter().zip(settings).enumerate() {
+        let settings = settings.into_iter().zip(crops).zip(refine);
+        for (index, (view, ((clip_from, crop), refine))) in
+            read.views.into_iter().zip(settings).enumerate()
+        {
+            let refine: Refine =
+                serde_json::from_str(&refine).map_err(|error| malformed(error.to_string()))?;
+            refine.validate().map_err(|error| malformed(error.to_string()))?;
             let scene: Scene =
                 serde_json::from_str(view.scene).map_err(|error| malformed(error.to_string()))?;
             scene.validate().map_err(|error| malformed(error.to_string()))?;
@@ -249,6 +266,7 @@ impl PictureBundle {
                 clip_from,
                 crop,
                 is_held_out: view.is_held_out,
+                refine,
                 picture: view.picture.to_vec(),
                 mask: view.mask.map(<[u8]>::to_vec),
             });
@@ -327,29 +345,41 @@ impl BundledView {
             clip_from: self.clip_from,
             crop: self.crop,
             is_held_out: self.is_held_out,
+            refine: self.refine,
         };
         KnownView::read(setting, &self.picture, self.mask.as_deref())
     }
 }
 
-/// Settings of clipping and crops, one of each for a view, and the views.
-type Contents<'a> = (Vec<ClipFrom>, Vec<Option<PixelArea>>, Read<'a>);
+/// Contents of a file: one of each setting for a view, and the views.
+struct Contents<'a> {
+    /// JSON of [`BundledView::refine`].
+    refine: Vec<String>,
+    settings: Vec<ClipFrom>,
+    crops: Vec<Option<PixelArea>>,
+    read: Read<'a>,
+}
 
 /// Decodes a file of any version.
 fn contents(bytes: &[u8]) -> Result<Contents<'_>, BundleError> {
     if let Some(body) = bytes.strip_prefix(MAGIC) {
-        return decoded(body);
+        let (refine, settings, crops, read) = decoded(body)?;
+        return Ok(Contents { refine, settings, crops, read });
     }
-    let (settings, read): (Vec<ClipFrom>, Read<'_>) =
-        if let Some(body) = bytes.strip_prefix(MAGIC_WHOLE) {
-            decoded(body)?
-        } else {
-            let body = bytes.strip_prefix(MAGIC_LARGEST).ok_or(BundleError::Version)?;
-            let read: Read<'_> = decoded(body)?;
-            (vec![ClipFrom::LARGEST; read.views.len()], read)
-        };
-    let crops = vec![None; read.views.len()];
-    Ok((settings, crops, read))
+    type Whole<'a> = (Vec<ClipFrom>, Read<'a>);
+    let (settings, crops, read) = if let Some(body) = bytes.strip_prefix(MAGIC_EXACT) {
+        decoded(body)?
+    } else if let Some(body) = bytes.strip_prefix(MAGIC_WHOLE) {
+        let (settings, read): Whole<'_> = decoded(body)?;
+        (settings, vec![None; read.views.len()], read)
+    } else {
+        let body = bytes.strip_prefix(MAGIC_LARGEST).ok_or(BundleError::Version)?;
+        let read: Read<'_> = decoded(body)?;
+        let count = read.views.len();
+        (vec![ClipFrom::LARGEST; count], vec![None; count], read)
+    };
+    let refine = vec!["{}".to_owned(); read.views.len()];
+    Ok(Contents { refine, settings, crops, read })
 }
 
 /// Decodes a whole file after its prefix.

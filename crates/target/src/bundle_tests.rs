@@ -4,7 +4,7 @@ use std::io::Cursor;
 
 use brood_brdf::{Model, ModelKind};
 use brood_eval::{Developed, decode_linear, encode_exr, encode_png, shade_brdf};
-use brood_scene::{Exposure, PictureSize, PixelArea, Raster, SampleSet};
+use brood_scene::{Exposure, PictureSize, PixelArea, Raster, Refine, SampleSet};
 
 use super::*;
 use crate::{ImageTargetError, TargetFile, TargetFileError, TargetKind};
@@ -41,6 +41,7 @@ fn view(light_deg: f64) -> BundledView {
         clip_from: ClipFrom::Auto,
         crop: None,
         is_held_out: false,
+        refine: Refine::default(),
         picture,
         mask: None,
     }

@@ -58,8 +58,8 @@ pub struct ImageView {
     set: SampleSet,
     /// Linear radiance of each pixel, up to a gain if that is unknown.
     target: Vec<[f64; 3]>,
-    /// True for pixels in which pictures are compared: neither masked nor clipped.
-    compared: Vec<bool>,
+    in_mask: Vec<bool>,
+    clips: Vec<Clip>,
     statuses: Vec<PixelStatus>,
     is_gain_unknown: bool,
     clipped_from: [Option<u8>; 3],
@@ -93,42 +93,67 @@ impl ImageView {
         let size_px = check(view)?;
         let exposure = FilmInverse::new(view.picture.is_linear, view.scene.film)?;
         let raster = Raster { size_px, sampling: view.sampling, area: PixelArea::whole(size_px) };
-        let set = SampleSet::render_with_assets(view.mesh, view.scene, view.assets, raster);
-        if set.counts().covered == 0 {
-            return Err(ImageTargetError::Nothing);
-        }
-        if set.is_empty() {
-            return Err(ImageTargetError::Unlit);
-        }
+        let set = visible(view.mesh, (view.scene, view.assets), raster)?;
         let radiance = |pixel: &[f32; 3]| pixel.map(|value| exposure.radiance(f64::from(value)));
         let target: Vec<[f64; 3]> = view.picture.pixels.iter().map(radiance).collect();
         let in_mask = |pixel: usize| view.mask.is_none_or(|mask| is_white(mask.pixels[pixel]));
         let lit = irradiance(&set, in_mask);
         let clipping = Clipping::of(view.clip_from, view.picture, &target, &lit)?;
-        let is_free = |k: usize| clipping.pixels[k] == Clip::Free;
-        let compared = (0..target.len()).map(|k| in_mask(k) && is_free(k)).collect();
+        let in_mask = (0..target.len()).map(in_mask).collect();
         let is_gain_unknown = exposure.is_unknown || view.is_gain_unknown;
-        let counts = PixelCounts { pixels: target.len() as u64, ..PixelCounts::default() };
-        let clipped_from = clipping.from;
-        let statuses = Vec::new();
+        let (clips, clipped_from) = (clipping.pixels, clipping.from);
+        let (statuses, counts) = (Vec::new(), PixelCounts::default());
         let mut own =
-            Self { set, target, compared, statuses, is_gain_unknown, clipped_from, counts };
-        let samples = own.classify(in_mask, &clipping.pixels);
+            Self { set, target, in_mask, clips, statuses, is_gain_unknown, clipped_from, counts };
+        let samples = own.classify();
         Ok((own, samples))
     }
 
-    fn classify(&mut self, in_mask: impl Fn(usize) -> bool, clips: &[Clip]) -> Samples {
-        let layout = self.set.image().expect("the set has a picture layout").clone();
+    /// Classifies the pixels of the same picture in a corrected scene; clipped ones stay clipped.
+    /// The radiance of red, green and blue is divided by `balance`.
+    ///
+    /// # Errors
+    /// Returns [`ImageTargetError`] if the camera sees nothing, or nothing visible is lit.
+    pub fn in_scene(
+        &self,
+        mesh: &Mesh,
+        lit: (&Scene, &LightAssets),
+        balance: [f64; 3],
+    ) -> Result<(Self, Samples), ImageTargetError> {
+        let layout = self.layout();
+        let (size_px, sampling, area) = (layout.size_px, layout.sampling, layout.area);
+        let set = visible(mesh, lit, Raster { size_px, sampling, area })?;
+        let divided = |radiance: &[f64; 3]| [0, 1, 2].map(|c| radiance[c] / balance[c]);
+        let mut own = Self {
+            set,
+            target: self.target.iter().map(divided).collect(),
+            in_mask: self.in_mask.clone(),
+            clips: self.clips.clone(),
+            statuses: Vec::new(),
+            ..*self
+        };
+        let samples = own.classify();
+        Ok((own, samples))
+    }
+
+    fn layout(&self) -> &ImageLayout {
+        self.set.image().expect("the set has a picture layout")
+    }
+
+    fn classify(&mut self) -> Samples {
+        let layout = self.layout().clone();
         let spans = spans(&layout);
         let size = (layout.width as usize, layout.height as usize);
         let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
-        let mut counts = self.counts;
+        let pixels = self.target.len() as u64;
+        let mut counts = PixelCounts { pixels, ..PixelCounts::default() };
+        let (in_mask, clips) = (&self.in_mask, &self.clips);
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
             // Blur over the border of a pixel shows its neighbours.
             let near_edge = || around(pixel, size, 1).any(|other| layout.coverage[other] < 1.0);
             let reading = match span {
-                _ if !in_mask(pixel) => PixelReading::Unusable(PixelStatus::Masked),
+                _ if !in_mask[pixel] => PixelReading::Unusable(PixelStatus::Masked),
                 _ if coverage == 0.0 => PixelReading::Unusable(PixelStatus::Background),
                 _ if coverage < 1.0 || near_edge() => PixelReading::Unusable(PixelStatus::Edge),
                 _ if clips[pixel] == Clip::Beside => PixelReading::Unusable(PixelStatus::Clipped),
@@ -189,7 +214,7 @@ impl ImageView {
     }
 
     fn scale(&self) -> f64 {
-        f64::from(self.set.image().expect("the set has a picture layout").scale)
+        f64::from(self.layout().scale)
     }
 
     /// Number of pixels by status.
@@ -229,20 +254,33 @@ impl ImageView {
         &self.statuses
     }
 
+    /// True for a pixel in which pictures are compared: neither masked nor clipped.
+    #[must_use]
+    pub fn is_compared(&self, pixel: usize) -> bool {
+        self.in_mask[pixel] && self.clips[pixel] == Clip::Free
+    }
+
+    /// True for a pixel whose radiance is a lower bound: clipped and not masked.
+    #[must_use]
+    pub fn is_lower_bound(&self, pixel: usize) -> bool {
+        self.in_mask[pixel] && self.clips[pixel] == Clip::Bound
+    }
+
     /// Compares a picture of the same scene with this one.
     ///
     /// # Panics
     /// If it has another size.
     #[must_use]
     pub fn compare(&self, found: &RadianceImage) -> ImageError {
-        let layout = self.set.image().expect("the set has a picture layout");
+        let layout = self.layout();
         assert_eq!(
             (found.width(), found.height()),
             (layout.width, layout.height),
             "both pictures have the same size"
         );
         let pixel = |k: usize| (self.target[k], found.premultiplied()[k].map(f64::from));
-        let compared: Vec<usize> = (0..self.target.len()).filter(|k| self.compared[*k]).collect();
+        let compared: Vec<usize> =
+            (0..self.target.len()).filter(|k| self.is_compared(*k)).collect();
         let gain = if self.is_gain_unknown {
             let products = |of: fn(&f64, &f64) -> f64| -> f64 {
                 let of = |k: &usize| {
@@ -269,6 +307,22 @@ impl ImageView {
         let mut used = self.statuses.iter().enumerate().filter_map(of);
         ImageError { rmse: root(&mut compared.iter().copied()), rmse_used: root(&mut used), gain }
     }
+}
+
+/// Samples a scene in which something is seen and lit.
+fn visible(
+    mesh: &Mesh,
+    (scene, assets): (&Scene, &LightAssets),
+    raster: Raster,
+) -> Result<SampleSet, ImageTargetError> {
+    let set = SampleSet::render_with_assets(mesh, scene, assets, raster);
+    if set.counts().covered == 0 {
+        return Err(ImageTargetError::Nothing);
+    }
+    if set.is_empty() {
+        return Err(ImageTargetError::Unlit);
+    }
+    Ok(set)
 }
 
 /// Samples of each pixel; `None` without any.

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use brood_eval::{Developed, Gain, LinearPicture, LinearPictureError, decode_linear, picture_size};
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{ClipFrom, Exposure, PictureSize, PixelArea, Sampling, Scene};
+use brood_scene::{ClipFrom, Exposure, PictureSize, PixelArea, Refine, Sampling, Scene};
 
 use crate::image::{ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
 use crate::{MeasuredTarget, Samples, TargetError};
@@ -36,6 +36,8 @@ pub struct ViewSetup {
     pub crop: Option<PixelArea>,
     /// True if it is held out: not fitted, only compared with the result.
     pub is_held_out: bool,
+    /// Uncertainties within which the scene may be corrected.
+    pub refine: Refine,
 }
 
 /// A decoded picture of a known scene.
@@ -122,6 +124,18 @@ impl KnownView {
         let (view, samples) = ImageView::new(&view)?;
         let gain = gain(&setting.scene, &picture, &view);
         Ok((Self { setting, view, gain, is_masked: mask.is_some() }, samples))
+    }
+
+    /// Returns the same picture in a corrected scene, and the reflectance at the usable pixels. The
+    /// radiance of red, green and blue is divided by `balance`.
+    ///
+    /// # Errors
+    /// Returns [`ViewError::Target`] if nothing lit is seen in that scene.
+    pub fn in_scene(&self, scene: Scene, balance: [f64; 3]) -> Result<(Self, Samples), ViewError> {
+        let setting = ViewSetup { scene, ..self.setting.clone() };
+        let (view, samples) =
+            self.view.in_scene(&setting.mesh, (&setting.scene, &setting.assets), balance)?;
+        Ok((Self { setting, view, ..*self }, samples))
     }
 
     /// Size of the picture.

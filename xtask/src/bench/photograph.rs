@@ -44,6 +44,9 @@ struct Row {
     grade: Grade,
     /// Under the lights that the photographs do not show.
     unseen: Vec<f64>,
+    /// Largest errors over the pictures, in degrees, if scenes were corrected: of lights as the
+    /// camera sees them, and of cameras.
+    scene_deg: Option<(f64, Option<f64>)>,
     seconds: f64,
 }
 
@@ -168,7 +171,23 @@ impl Photograph {
         std::fs::write(&list, json!(pairs).to_string()).context("write the list of pictures")?;
         let scores = json_of(environment.script("mitsuba_photographs.py").arg("score").arg(&list))?;
         let unseen = scores["relative_rmse"].as_array().context("the script must print errors")?;
+        let errors = |count: usize| {
+            let mut largest: Option<(f64, Option<f64>)> = None;
+            for k in 0..count {
+                let number = if k == 0 { String::new() } else { format!("-{}", k + 1) };
+                let path = result.join(format!("scene{number}.json"));
+                let Ok(text) = std::fs::read_to_string(&path) else { return Ok(None) };
+                let scene = serde_json::from_str(&text).context("read a corrected scene")?;
+                let error = self.object.scene_error(&scene, k);
+                let (light, camera) = error.context("a corrected scene must have eye and light")?;
+                let (most, of_camera) = largest.unwrap_or_default();
+                largest = Some((light.max(most), camera.map(|e| e.max(of_camera.unwrap_or(0.0)))));
+            }
+            anyhow::Ok(largest)
+        };
+        let scene_deg = errors(options.pictures.unwrap_or(1) as usize)?;
         Ok(Row {
+            scene_deg,
             material: self.material.name,
             object: self.object.name(),
             grade: self.grade,
@@ -194,6 +213,8 @@ impl Row {
         json!({
             "material": self.material, "object": self.object, "grade": self.grade.name(),
             "relative_rmse": self.error(), "by_light": self.unseen, "seconds": self.seconds,
+            "light_deg": self.scene_deg.map(|(light, _)| light),
+            "camera_deg": self.scene_deg.and_then(|(_, camera)| camera),
         })
     }
 }
@@ -218,16 +239,22 @@ fn markdown(
         "# Materials from photographs, under other lights\n\n\
          Pictures of {SIZE_PX} x {SIZE_PX} pixels by Mitsuba, {pictures} of each material, one point light in each. `brood fit`, \
          strategy {strategy}, {seconds} s on {THREADS} threads. Errors are RMSE / mean of Mitsuba's own pictures under three other \
-         lights (root of the mean square of the three).\n\n\
-         | material | object | grade | error | by light |\n|---|---|---|---|---|\n",
+         lights (root of the mean square of the three). The scene of misaligned pictures is stated with its uncertainties; \
+         errors of the corrected scene are those of the light as the camera sees it and of the camera.\n\n\
+         | material | object | grade | error | by light | light, camera off by degrees |\n|---|---|---|---|---|---|\n",
     );
     for row in rows {
         let lights: Vec<String> = row.unseen.iter().map(|error| format!("{error:.3}")).collect();
         let (object, grade) = (row.object, row.grade.name());
         let (name, error, lights) = (row.material, row.error(), lights.join(", "));
-        writeln!(text, "| {name} | {object} | {grade} | {error:.3} | {lights} |")?;
+        let degrees = |value: f64| format!("{value:.2}");
+        let scene = row.scene_deg.map(|(light, camera)| {
+            [degrees(light), camera.map_or_else(String::new, degrees)].join(", ")
+        });
+        let scene = scene.unwrap_or_default();
+        writeln!(text, "| {name} | {object} | {grade} | {error:.3} | {lights} | {scene} |")?;
     }
-    text.push_str("\n| grade | object | median | worst |\n|---|---|---|---|\n");
+    text.push_str("\n| grade | object | median | worst | light, camera off by degrees, medians |\n|---|---|---|---|---|\n");
     for grade in Grade::ALL {
         for object in Object::ALL {
             let of = |row: &&Row| row.grade == grade && row.object == object.name();
@@ -236,8 +263,19 @@ fn markdown(
                 continue;
             }
             let worst = errors.iter().copied().fold(0.0, f64::max);
+            let scenes: Vec<(f64, Option<f64>)> =
+                rows.iter().filter(of).filter_map(|row| row.scene_deg).collect();
+            let light = median(scenes.iter().map(|(light, _)| *light).collect());
+            let camera = median(scenes.iter().filter_map(|(_, camera)| *camera).collect());
+            let off =
+                |value: f64| if value.is_nan() { "".to_owned() } else { format!("{value:.2}") };
+            let scene = [off(light), off(camera)].join(", ");
             let (grade, object) = (grade.name(), object.name());
-            writeln!(text, "| {grade} | {object} | {:.3} | {worst:.3} |", median(errors))?;
+            writeln!(
+                text,
+                "| {grade} | {object} | {:.3} | {worst:.3} | {scene} |",
+                median(errors)
+            )?;
         }
     }
     Ok(text + &paragraphs(missing))

@@ -13,7 +13,8 @@ use brood_genome::Genome;
 use brood_inspect::LinearImage;
 use brood_mesh::BuiltinMesh;
 use brood_protocol::PictureFormat;
-use brood_scene::{ClipFrom, PictureSize, PixelArea, Sampling, Scene};
+use brood_scene::{ClipFrom, PictureSize, PixelArea, Refine, Sampling, Scene};
+use brood_search::{Calibrated, Corrected, calibrate};
 use brood_target::{
     KnownView, MeasuredTarget, Pictures as KnownPictures, PicturesError, PixelCounts, PixelStatus,
     ViewSetup,
@@ -63,6 +64,9 @@ struct ViewSpec {
     /// True if the picture is only compared with the result, not fitted.
     #[serde(default)]
     held_out: bool,
+    /// Uncertainties within which the scene is corrected.
+    #[serde(default)]
+    refine: Refine,
 }
 
 /// Scene in the JSON file itself, or the name of a file.
@@ -80,6 +84,8 @@ pub struct TargetPictures {
     read: KnownPictures,
     /// File names of the pictures.
     names: Vec<String>,
+    /// Corrections of the scenes.
+    corrections: Vec<Corrected>,
 }
 
 /// Files and settings of a picture that is not read yet.
@@ -99,6 +105,7 @@ pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<TargetPictures
         _ if args.mask.is_some() => bail!("--mask needs a picture as target"),
         _ if args.clip_from != ClipFrom::Auto => bail!("--clip-from needs a picture as target"),
         _ if args.crop.is_some() => bail!("--crop needs a picture as target"),
+        _ if args.refine.is_some() => bail!("--refine needs a picture as target"),
         _ => return Ok(None),
     };
     // Pictures that are fitted come first.
@@ -123,7 +130,7 @@ pub fn read(args: &FitArgs, renderer: &Renderer) -> Result<Option<TargetPictures
         path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into())
     };
     let names = paths.iter().map(name).collect();
-    Ok(Some(TargetPictures { target, read, names }))
+    Ok(Some(TargetPictures { target, read, names, corrections: Vec::new() }))
 }
 
 /// True if the arguments make an EXR a picture instead of an image slice.
@@ -146,6 +153,7 @@ fn single(args: &FitArgs, renderer: &Renderer) -> Result<Source> {
             clip_from: args.clip_from,
             crop: args.crop,
             is_held_out: false,
+            refine: args.refine.unwrap_or_default(),
         },
     })
 }
@@ -166,6 +174,11 @@ fn several(args: &FitArgs, renderer: &Renderer) -> Result<Vec<Source>> {
     ensure!(
         args.crop.is_none(),
         "--crop is for a single picture; set \"crop\" of several pictures in {}",
+        name()
+    );
+    ensure!(
+        args.refine.is_none(),
+        "--refine is for a single picture; set \"refine\" of several pictures in {}",
         name()
     );
     let bytes = output::read_file(&args.target, JSON_BYTES)?;
@@ -193,6 +206,8 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
         }
     };
     scene.validate().with_context(|| format!("the scene of {} is invalid", picture.display()))?;
+    let refine = spec.refine.validate();
+    refine.with_context(|| format!("\"refine\" of {} is invalid", picture.display()))?;
     let mesh = match (&spec.mesh, scene.builtin()) {
         (Some(_), Some(BuiltinMesh::SphereZ)) => bail!(
             "the scene of {} has \"sphere_pole\": \"z\", which needs the built-in sphere instead of \
@@ -215,6 +230,7 @@ fn source(spec: ViewSpec, folder: &Path, renderer: &Renderer) -> Result<Source> 
             clip_from: spec.clip_from,
             crop: spec.crop.map(|[x, y, width, height]| PixelArea { x, y, width, height }),
             is_held_out: spec.held_out,
+            refine: spec.refine,
             scene,
             mesh,
         },
@@ -238,13 +254,34 @@ impl Source {
 }
 
 impl TargetPictures {
+    /// Corrects the scenes within their uncertainties.
+    pub fn calibrated(self) -> Result<Self> {
+        let found = calibrate(self.read, self.target).context("correct the scenes")?;
+        let Calibrated { pictures: read, target, corrections } = found;
+        Ok(Self { target, read, corrections, ..self })
+    }
+
+    /// Corrections of the scenes; empty if they are exact.
+    pub fn corrections(&self) -> &[Corrected] {
+        &self.corrections
+    }
+
     /// Samples to fit and held-out samples.
     pub fn target(&self) -> MeasuredTarget {
         self.target.clone()
     }
 
     /// Writes target, best, difference and used pixels of each picture; returns the errors as JSON.
+    ///
+    /// Also writes the scenes if they were corrected.
     pub fn write(&self, folder: &Path, best: &Genome) -> Result<Vec<Value>> {
+        for (index, view) in self.read.views.iter().enumerate() {
+            if self.corrections.iter().any(|one| one.pictures.contains(&index)) {
+                let scene = serde_json::to_string_pretty(&view.setting.scene);
+                let path = folder.join(format!("scene{}.json", number(index)));
+                output::write_file(&path, scene.context("write JSON")?.as_bytes())?;
+            }
+        }
         let subject = NamedMaterial::of("best", best.clone());
         let shown = self.read.views.iter().zip(&self.names).enumerate();
         shown.map(|(index, one)| write((folder, index), one, &subject)).collect()
@@ -274,9 +311,8 @@ fn write(
         ("pixels", &used),
     ];
     for (what, picture) in pictures {
-        let number = if index == 0 { String::new() } else { format!("-{}", index + 1) };
         let png = encode_png(width, height, &picture.encoded_rgba());
-        output::write_file(&folder.join(format!("{what}{number}.png")), &png)?;
+        output::write_file(&folder.join(format!("{what}{}.png", number(index))), &png)?;
     }
     Ok(json!({
         "picture": name,
@@ -292,6 +328,38 @@ fn write(
         "flip": flip,
         "pixels": view.counts(),
     }))
+}
+
+/// Number of a picture in file names; empty for the first.
+fn number(index: usize) -> String {
+    if index == 0 { String::new() } else { format!("-{}", index + 1) }
+}
+
+/// Corrections as JSON.
+pub fn corrections(all: &[Corrected]) -> Value {
+    let one = |one: &Corrected| {
+        json!({
+            "name": one.name, "pictures": one.pictures, "value": one.value,
+            "stated_deviation": one.stated_deviation, "deviation": one.deviation,
+        })
+    };
+    all.iter().map(one).collect()
+}
+
+/// Formats corrections for a terminal.
+pub fn corrections_text(all: &[Corrected]) -> String {
+    let line = |one: &Corrected| {
+        let pictures: Vec<String> = one.pictures.iter().map(|k| (k + 1).to_string()).collect();
+        format!(
+            "picture {}: {} {:.4}, standard deviation {:.4} (stated {:.4})\n",
+            pictures.join(", "),
+            one.name,
+            one.value,
+            one.deviation,
+            one.stated_deviation
+        )
+    };
+    all.iter().map(line).collect()
 }
 
 /// Formats the errors of the pictures for a terminal.

@@ -21,10 +21,15 @@ impl<'a> LightPlacement<'a> {
         Self { frame, turn: rotation_y_deg(light_deg) }
     }
 
+    /// Default position, relative to the subject's centre, in radii of the mesh.
+    pub fn default_relative() -> DVec3 {
+        orbit_direction(DEFAULT_DEG[0], DEFAULT_DEG[1]) * DEFAULT_RADII
+    }
+
     /// Transforms a position; the default position if it is `None`.
     pub fn position(&self, position: Option<[f64; 3]>) -> DVec3 {
-        let default = orbit_direction(DEFAULT_DEG[0], DEFAULT_DEG[1]) * DEFAULT_RADII;
-        let relative = position.map_or(default, |position| self.frame.relative(position));
+        let relative =
+            position.map_or_else(Self::default_relative, |position| self.frame.relative(position));
         self.frame.position(self.turn * relative)
     }
 

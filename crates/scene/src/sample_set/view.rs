@@ -33,14 +33,9 @@ impl View {
     /// are square, so the width follows.
     pub fn new(camera: &Camera, frame: &UnitFrame, size_px: PictureSize) -> Self {
         match *camera {
-            Camera::Orbit(OrbitCamera { orbit_deg: [azimuth, elevation], distance, fov_y_deg }) => {
-                let back = orbit_direction(azimuth, elevation);
-                // Also defined at elevation 90, unlike a cross product with y.
-                let right = orbit_direction(azimuth + 90.0, 0.0);
-                let framing = frame.framed() * FRAMING_MARGIN / sin_of_narrower(fov_y_deg, size_px);
-                let distance = distance.map_or(framing, |distance| frame.length(distance));
-                let axes = [right, back.cross(right), back];
-                Self::perspective(back * distance, axes, fov_y_deg, frame)
+            Camera::Orbit(ref camera) => {
+                let (distance, axes) = orbit(camera, frame, size_px);
+                Self::perspective(axes[2] * distance, axes, camera.fov_y_deg, frame)
             }
             Camera::LookAt(LookAtCamera { eye, target, up, fov_y_deg }) => {
                 let back = (DVec3::from(eye) - DVec3::from(target)).normalize();
@@ -139,6 +134,35 @@ impl View {
             return Ray { origin: self.origin + offset, direction: self.forward };
         }
         Ray { origin: self.origin, direction: (self.forward + offset).normalize() }
+    }
+}
+
+/// Returns the distance of a camera from the subject's centre in radii of its mesh, and its right,
+/// up and back.
+fn orbit(camera: &OrbitCamera, frame: &UnitFrame, size_px: PictureSize) -> (f64, [DVec3; 3]) {
+    let OrbitCamera { orbit_deg: [azimuth, elevation], distance, fov_y_deg } = *camera;
+    let back = orbit_direction(azimuth, elevation);
+    // Also defined at elevation 90, unlike a cross product with y.
+    let right = orbit_direction(azimuth + 90.0, 0.0);
+    let framing = frame.framed() * FRAMING_MARGIN / sin_of_narrower(fov_y_deg, size_px);
+    let distance = distance.map_or(framing, |distance| frame.length(distance));
+    (distance, [right, back.cross(right), back])
+}
+
+/// Returns the camera in the form with eye, target and up; `None` for parallel rays.
+pub(crate) fn looking_at(
+    camera: &Camera,
+    frame: &UnitFrame,
+    size_px: PictureSize,
+) -> Option<LookAtCamera> {
+    match camera {
+        Camera::Orbit(own) => {
+            let (distance, [_, up, back]) = orbit(own, frame, size_px);
+            let (eye, target) = (frame.world(back * distance), frame.world(DVec3::ZERO));
+            Some(LookAtCamera { eye, target, up: up.to_array(), fov_y_deg: own.fov_y_deg })
+        }
+        Camera::LookAt(own) => Some(own.clone()),
+        Camera::Orthographic(_) => None,
     }
 }
 

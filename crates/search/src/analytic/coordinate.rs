@@ -20,14 +20,14 @@ enum Spread {
 
 /// A free parameter.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Coordinate {
+pub(crate) struct Coordinate {
     spread: Spread,
     /// Range of values.
     range: (f64, f64),
     /// Range of coordinates.
     pub(super) bounds: (f64, f64),
     /// Longest step of the coordinate.
-    pub(super) longest: f64,
+    pub(crate) longest: f64,
     /// Index of the model, and of the parameter value in it.
     pub(super) lobe: usize,
     pub(super) at: usize,

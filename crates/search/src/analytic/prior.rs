@@ -37,7 +37,7 @@ const DOUBT: f64 = 1.0;
 
 /// Gaussian over the coordinates of a form.
 #[derive(Debug, Clone)]
-pub(super) struct Prior {
+pub(crate) struct Prior {
     mean: Vec<f64>,
     /// -2 ln of the share of materials that the models fit well.
     rarity: f64,
@@ -102,7 +102,7 @@ impl Prior {
     }
 
     /// Deviations from the mean in standard deviations, uncorrelated: U^-T (x - mean).
-    pub(super) fn deviations(&self, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn deviations(&self, x: &[f64]) -> Vec<f64> {
         let off = x.iter().zip(&self.mean).map(|(x, mean)| x - mean).collect();
         solve::forward(&self.factor, off)
     }
@@ -114,7 +114,7 @@ impl Prior {
 
     /// -2 ln of the probability density, up to a constant: the sum of squared deviations and
     /// -2 ln of the share of materials that the models fit well.
-    pub(super) fn distance(&self, x: &[f64]) -> f64 {
+    pub(crate) fn distance(&self, x: &[f64]) -> f64 {
         self.squares(x) + self.rarity
     }
 

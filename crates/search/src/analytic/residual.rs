@@ -14,7 +14,7 @@ use super::{Form, LANES};
 use crate::levenberg_marquardt::NormalEquations;
 
 /// Number of residuals per block: three channels.
-const ROW: usize = 3 * LANES;
+pub(crate) const ROW: usize = 3 * LANES;
 /// Number of partial sums of a dot product, so that it is vectorised.
 const SUMS: usize = 8;
 /// Step of the finite differences, in coordinates; a share of the range if that is below 1.
@@ -25,14 +25,14 @@ const KEPT: usize = 4;
 
 /// The space that a fit of a form searches: one coordinate per free parameter.
 #[derive(Debug, Clone)]
-pub(super) struct Space {
+pub(crate) struct Space {
     pub(super) form: Form,
-    pub(super) coordinates: Vec<Coordinate>,
-    pub(super) prior: Arc<Prior>,
+    pub(crate) coordinates: Vec<Coordinate>,
+    pub(crate) prior: Arc<Prior>,
 }
 
 /// Buffers and tables that are reused between evaluations.
-pub(super) struct Workspace {
+pub(crate) struct Workspace {
     level: Level,
     /// Tables by detail and by all parameter values but the albedo, on which they do not depend.
     tables: Vec<(TableDetail, Vec<f64>, CoatTables)>,
@@ -49,7 +49,7 @@ impl Space {
         Self { form, coordinates, prior }
     }
 
-    pub(super) fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.coordinates.len()
     }
 
@@ -65,15 +65,22 @@ impl Space {
     }
 
     /// Clamps x to the bounds.
-    pub(super) fn clamp(&self, x: &mut [f64]) {
+    pub(crate) fn clamp(&self, x: &mut [f64]) {
         for (x, coordinate) in x.iter_mut().zip(&self.coordinates) {
             *x = x.clamp(coordinate.bounds.0, coordinate.bounds.1);
         }
     }
+
+    /// Step of the finite difference of a coordinate at x, towards the inside of its bounds.
+    pub(crate) fn difference(&self, k: usize, x: f64) -> f64 {
+        let (low, high) = self.coordinates[k].bounds;
+        let step = DIFFERENCE * (high - low).min(1.0);
+        if x + step > high { -step } else { step }
+    }
 }
 
 impl Workspace {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self { level: Level::best(), tables: Vec::new(), base: Vec::new(), columns: Vec::new() }
     }
 
@@ -177,8 +184,25 @@ impl Workspace {
         if is_coarse_enough(coarse) { coarse } else { most(albedos.fine(is_anisotropic)) }
     }
 
-    fn prepared(&mut self, space: &Space, x: &[f64], detail: TableDetail) -> Vec<PreparedModel> {
+    /// Prepares the models of a point for evaluation.
+    pub(crate) fn prepared(
+        &mut self,
+        space: &Space,
+        x: &[f64],
+        detail: TableDetail,
+    ) -> Vec<PreparedModel> {
         space.models(x).iter().map(|model| self.prepare(model, detail)).collect()
+    }
+
+    /// f of prepared models together.
+    pub(crate) fn f(&self, models: &[PreparedModel], block: &Block<LANES>) -> [[f64; LANES]; 3] {
+        f(self.level, models, block)
+    }
+
+    /// Normal equations of `count` columns of derivatives, one after the other, and residuals. Both
+    /// have a whole number of blocks of [`ROW`].
+    pub(crate) fn products(&self, columns: &[f64], base: &[f64], count: usize) -> NormalEquations {
+        self.level.run(Products { columns, base, count })
     }
 
     /// Normal equations at a point, by finite differences. Derivatives use coarse tables, residuals
@@ -198,11 +222,8 @@ impl Workspace {
         let mut here = x.to_vec();
         let coarse = (batch, TableDetail::Coarse);
         self.residuals(space, (x, 1.0), coarse, &mut base);
-        for (k, coordinate) in space.coordinates.iter().enumerate() {
-            let (low, high) = coordinate.bounds;
-            let step = DIFFERENCE * (high - low).min(1.0);
-            let step = if x[k] + step > high { -step } else { step };
-            here[k] = x[k] + step;
+        for k in 0..count {
+            here[k] = x[k] + space.difference(k, x[k]);
             let column = &mut columns[k * rows..][..rows];
             self.residuals(space, (&here, 1.0), coarse, column);
             self.level.run(Difference { column, base: &base, by: 1.0 / (here[k] - x[k]) });

@@ -55,10 +55,10 @@ const EVOLVE_GENERATIONS: usize = 80;
 const EVOLVE: u32 = 4;
 /// Number of independent observations that the samples count as. It is below the number of samples,
 /// because neighbouring pixels have the same errors of model, light and camera.
-const INDEPENDENT: f64 = 400.0;
+pub(crate) const INDEPENDENT: f64 = 400.0;
 /// Error below which fits are equally good, as a share of the root mean square of ln(1 + f cos_i):
 /// renderers differ by as much.
-const EQUAL: f64 = 1e-2;
+pub(crate) const EQUAL: f64 = 1e-2;
 /// The front has a fit with more parameters only if its mean square on the validation samples is
 /// smaller by this share.
 const MIN_GAIN: f64 = 0.01;
@@ -147,6 +147,12 @@ impl Analytic {
             fitted: of(|kept| kept.fit.error),
             held: of(|kept| kept.held),
         }
+    }
+
+    /// The most probable fits, at most `count`, with their parameters.
+    pub(crate) fn best_points(&self, count: usize) -> Vec<(Space, Vec<f64>)> {
+        let best = self.kept.iter().take(count);
+        best.map(|kept| (kept.space.clone(), kept.fit.point.clone())).collect()
     }
 
     fn stream(&self, slot: u32) -> Stream {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use brood_light::AssetRef;
 use brood_mesh::Mesh;
 use brood_protocol::{MeshSource, SceneId, TargetPixels, TargetSpec, TargetView, ViewSpec};
-use brood_scene::{ClipFrom, PixelArea, Sampling, Scene};
+use brood_scene::{ClipFrom, PixelArea, Refine, Sampling, Scene};
 use brood_target::{
     BundleError, BundledView, ImageTargetError, KnownView, PictureBundle, PicturesError,
     PixelCounts, TargetFileError, TargetKind, ViewError,
@@ -92,6 +92,7 @@ impl RequestedView {
             clip_from: asked.clip_from,
             crop: asked.crop,
             is_held_out: asked.is_held_out,
+            refine: Refine::default(),
             picture: asked.picture.to_vec(),
             mask: asked.mask.as_ref().map(|mask| mask.to_vec()),
         }

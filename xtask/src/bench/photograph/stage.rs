@@ -119,13 +119,51 @@ impl Object {
         json!({
             "stated": self.scene(light, right), "taken": self.scene(light, taken),
             "noise": noise, "seed": number,
+            "refine": (grade == Grade::Misaligned).then(refine),
         })
+    }
+
+    /// Errors of a corrected scene in degrees: of the light's direction as the camera sees it, and
+    /// of the camera's direction from the object. `None` for the camera before a sphere, which
+    /// looks the same from everywhere.
+    pub fn scene_error(self, corrected: &Value, number: usize) -> Option<(f64, Option<f64>)> {
+        let (_, centre, _) = self.camera();
+        let taken = self.picture(number, Grade::Misaligned)["taken"].clone();
+        let relative = |value: &Value| Some(subtract(vector(value)?, centre));
+        let seen = |scene: &Value| {
+            let camera = &scene["camera"];
+            let (eye, target) = (relative(&camera["eye"])?, relative(&camera["target"])?);
+            let up = vector(&camera["up"]).unwrap_or([0.0, 1.0, 0.0]);
+            let back = unit(subtract(eye, target));
+            let right = unit(cross(up, back));
+            let lamp = relative(&scene["lights"][0]["position"])?;
+            Some((eye, [right, cross(back, right), back].map(|axis| dot(axis, lamp))))
+        };
+        let ((found_eye, found), (eye, lamp)) = (seen(corrected)?, seen(&taken)?);
+        Some((angle_deg(found, lamp), self.mesh().map(|_| angle_deg(found_eye, eye))))
     }
 
     /// Scenes with the lights that no picture shows.
     pub fn tests(self) -> Vec<Value> {
         TESTS.iter().map(|light| self.scene(*light, (0.0, 0.0, 0.0))).collect()
     }
+}
+
+/// Uncertainties that targets state in [`Grade::Misaligned`].
+fn refine() -> Value {
+    json!({"light_deg": LIGHT_OFF_DEG, "camera_deg": 1.0, "fov": VIEW_OFF})
+}
+
+fn vector(value: &Value) -> Option<[f64; 3]> {
+    Some([value[0].as_f64()?, value[1].as_f64()?, value[2].as_f64()?])
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn angle_deg(a: [f64; 3], b: [f64; 3]) -> f64 {
+    dot(unit(a), unit(b)).clamp(-1.0, 1.0).acos().to_degrees()
 }
 
 /// Turns about the vertical axis, by an angle in degrees.
