@@ -229,6 +229,13 @@ export interface components {
              */
             size_px: number;
         };
+        /** @description Correction of an image's scene, found by a search. */
+        CorrectedScene: {
+            /** @description Numbers that were corrected. */
+            corrections: components["schemas"]["SceneCorrection"][];
+            /** @description The corrected scene. */
+            scene: components["schemas"]["Scene"];
+        };
         /** @description Body of `POST /v1/exports`. Exactly one of `individuals`, `generation` and `job` must be given. */
         CreateExport: {
             /**
@@ -1595,6 +1602,56 @@ export interface components {
             type: string;
         };
         /**
+         * @description Standard deviations of what is stated about a picture: light, camera and brightness. What has no
+         *     standard deviation is exact.
+         */
+        Refine: {
+            /**
+             * Format: double
+             * @description Direction of the camera from the centre of the mesh, and its aim and roll, in degrees, at
+             *     most 15.
+             * @default 0
+             */
+            camera_deg: number;
+            /**
+             * Format: double
+             * @description Distance of the camera from the centre of the mesh, as a share, at most 0.5.
+             * @default 0
+             */
+            camera_distance: number;
+            /**
+             * Format: double
+             * @description Field of view, as a share, at most 0.5.
+             * @default 0
+             */
+            fov: number;
+            /**
+             * Format: double
+             * @description Brightness of the pictures, as a share, at most 0.5. The same for all pictures of a target.
+             * @default 0
+             */
+            gain: number;
+            /**
+             * Format: double
+             * @description Direction of each light from the centre of the mesh, in degrees, at most 15.
+             * @default 0
+             */
+            light_deg: number;
+            /**
+             * Format: double
+             * @description Distance of each light from the centre of the mesh, as a share, at most 0.5.
+             * @default 0
+             */
+            light_distance: number;
+            /**
+             * Format: double
+             * @description Brightness of red, green and blue against each other, as a share, at most 0.5. The same for
+             *     all pictures of a target.
+             * @default 0
+             */
+            white_balance: number;
+        };
+        /**
          * @description `kind` of a render job.
          * @enum {string}
          */
@@ -1785,6 +1842,32 @@ export interface components {
              * @default vertex
              */
             tangents: components["schemas"]["Tangents"];
+        };
+        /** @description Number of a scene that was corrected. */
+        SceneCorrection: {
+            /**
+             * Format: double
+             * @description Standard deviation after the fit.
+             */
+            deviation: number;
+            /**
+             * @description Name. Turns in degrees: `lights/0/right_deg` and `lights/0/up_deg` (of the first light, as
+             *     seen from the centre of the mesh), `camera/right_deg` and `camera/up_deg` (about the centre
+             *     of the mesh), `camera/aim_right_deg`, `camera/aim_up_deg` and `camera/roll_deg` (about the
+             *     eye). Factors: `lights/0/distance`, `camera/distance`, `camera/fov`, and of the image's
+             *     brightness `gain`, `gain/red`, `gain/green` and `gain/blue`.
+             */
+            name: string;
+            /**
+             * Format: double
+             * @description Standard deviation before the fit: as stated.
+             */
+            stated_deviation: number;
+            /**
+             * Format: double
+             * @description Value.
+             */
+            value: number;
         };
         /**
          * Format: uuid
@@ -2177,11 +2260,12 @@ export interface components {
             kind: string;
             /** @description Display name, up to 200 characters. Default: empty. */
             name?: string;
+            refine?: components["schemas"]["Refine"] | null;
             samples?: components["schemas"]["PixelSamples"] | null;
             scene?: components["schemas"]["SceneOrId"] | null;
             /**
              * @description Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples`,
-             *     `gain`, `clip_from` and `crop`.
+             *     `gain`, `clip_from`, `crop` and `refine`.
              */
             views?: components["schemas"]["ViewSpec"][] | null;
         };
@@ -2208,6 +2292,7 @@ export interface components {
              *     of linear radiance 255 is the value 1. Null for targets of versions without it.
              */
             clipped_from?: (number | null)[] | null;
+            corrected?: components["schemas"]["CorrectedScene"] | null;
             /**
              * @description Part of the uploaded image that is used: its first column and row, width and height in
              *     pixels. Null for the whole image.
@@ -2217,8 +2302,10 @@ export interface components {
             gain_solved: boolean;
             /** @description True if the image is held out: it is not fitted. */
             held_out: boolean;
-            /** @description Number of pixels by status. */
+            /** @description Number of pixels by status, in the scene as stated. */
             pixels: components["schemas"]["TargetPixels"];
+            /** @description Uncertainties within which searches correct the scene. */
+            refine?: components["schemas"]["Refine"];
             /** @description Sampling of the pixels: `adaptive` or a number of samples. */
             samples: components["schemas"]["PixelSamples"];
             /** @description The scene with every field present. */
@@ -2251,6 +2338,7 @@ export interface components {
             mask?: string | null;
             /** @description Name of the part with the image. */
             picture: string;
+            refine?: components["schemas"]["Refine"] | null;
             samples?: components["schemas"]["PixelSamples"] | null;
             scene?: components["schemas"]["SceneOrId"] | null;
         };
@@ -2366,6 +2454,7 @@ export type Camera = components['schemas']['Camera'];
 export type ClipCode = components['schemas']['ClipCode'];
 export type Compared = components['schemas']['Compared'];
 export type Comparison = components['schemas']['Comparison'];
+export type CorrectedScene = components['schemas']['CorrectedScene'];
 export type CreateExport = components['schemas']['CreateExport'];
 export type CreateLineage = components['schemas']['CreateLineage'];
 export type CreateSearch = components['schemas']['CreateSearch'];
@@ -2432,9 +2521,11 @@ export type PixelSamples = components['schemas']['PixelSamples'];
 export type Plane = components['schemas']['Plane'];
 export type PresetAnswer = components['schemas']['PresetAnswer'];
 export type Problem = components['schemas']['Problem'];
+export type Refine = components['schemas']['Refine'];
 export type RenderKind = components['schemas']['RenderKind'];
 export type Scene = components['schemas']['Scene'];
 export type SceneAnswer = components['schemas']['SceneAnswer'];
+export type SceneCorrection = components['schemas']['SceneCorrection'];
 export type SceneId = components['schemas']['SceneId'];
 export type SceneObject = components['schemas']['SceneObject'];
 export type SceneOrId = components['schemas']['SceneOrId'];

@@ -48,5 +48,6 @@ mod search;
 mod start;
 mod target;
 mod target_picture;
+mod target_refine;
 mod target_render;
 mod upgrade;

@@ -50,6 +50,7 @@ mod renderer;
 mod scene_view;
 mod search;
 mod search_run;
+mod search_target;
 mod shot;
 mod sight;
 mod subject;

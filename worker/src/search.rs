@@ -10,7 +10,7 @@ use std::time::Duration;
 use brood_protocol::{
     Directive, SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate, WorkerClient,
 };
-use brood_target::{TargetFile, TargetKind};
+use brood_target::TargetKind;
 use moka::sync::Cache;
 use tokio_util::sync::CancellationToken;
 
@@ -18,6 +18,7 @@ use crate::lease::{
     Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, run_jobs, send_with_retry,
 };
 use crate::search_run::{SearchRun, StepBatch};
+use crate::search_target::SearchTarget;
 
 /// Size of the target cache in KiB. Image targets are large: they contain the sample sets of their
 /// views.
@@ -60,7 +61,7 @@ pub async fn run_searches(
 #[derive(Clone)]
 struct SearchContext {
     client: WorkerClient,
-    targets: Cache<[u8; 32], Arc<TargetFile>>,
+    targets: Cache<[u8; 32], Arc<SearchTarget>>,
     threads: Option<NonZeroUsize>,
     shutdown: CancellationToken,
 }
@@ -107,14 +108,19 @@ impl JobKind for SearchContext {
 impl SearchContext {
     /// Runs a search to its end, or until the server answers [`Directive::Stop`].
     async fn search(&self, grant: SearchGrant, stop: &Arc<AtomicBool>) -> Result<(), Interrupted> {
-        let target = self.target(&grant).await?;
         let threads = grant.threads.and_then(|n| usize::try_from(n).ok());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.or(self.threads.map(usize::from)).unwrap_or(cores).min(cores);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.map_err(|error| Interrupted::Release(error.to_string()))?;
         let pool = Arc::new(pool);
+        let target = self.target(&grant, &pool).await?;
         let ticket = grant.ticket;
+        if let Some(scenes) = target.report()
+            && self.report(ticket, SearchUpdate::Calibrated(scenes)).await? == Directive::Stop
+        {
+            return Ok(());
+        }
         let mut run = blocking(&pool, move || SearchRun::new(grant, target))
             .await?
             .map_err(Interrupted::Failed)?;
@@ -144,7 +150,11 @@ impl SearchContext {
     }
 
     /// Returns the target, from the cache if possible.
-    async fn target(&self, grant: &SearchGrant) -> Result<Arc<TargetFile>, Interrupted> {
+    async fn target(
+        &self,
+        grant: &SearchGrant,
+        pool: &Arc<rayon::ThreadPool>,
+    ) -> Result<Arc<SearchTarget>, Interrupted> {
         let hash = grant.target_hash;
         if let Some(target) = self.targets.get(&hash) {
             return Ok(target);
@@ -155,10 +165,8 @@ impl SearchContext {
         })?;
         let bytes = self.client.target(&hash).await;
         let bytes = bytes.map_err(|error| Interrupted::by("download the target", error))?;
-        let read = tokio::task::spawn_blocking(move || TargetFile::read(kind, &bytes)).await;
-        let read =
-            read.map_err(|_| Interrupted::Failed("reading the target panicked".to_owned()))?;
-        let target = Arc::new(read.map_err(|error| Interrupted::Failed(error.to_string()))?);
+        let read = blocking(pool, move || SearchTarget::read(kind, &bytes)).await?;
+        let target = Arc::new(read.map_err(Interrupted::Failed)?);
         self.targets.insert(hash, target.clone());
         Ok(target)
     }
@@ -178,8 +186,8 @@ impl SearchContext {
     }
 }
 
-fn weigh(_: &[u8; 32], target: &Arc<TargetFile>) -> u32 {
-    u32::try_from(target.bytes() / 1024 + 1).unwrap_or(u32::MAX)
+fn weigh(_: &[u8; 32], target: &Arc<SearchTarget>) -> u32 {
+    u32::try_from(target.file.bytes() / 1024 + 1).unwrap_or(u32::MAX)
 }
 
 /// Runs a closure on the thread pool of a search. A panic fails this search only.

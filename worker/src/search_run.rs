@@ -15,6 +15,7 @@ use brood_search::{Candidate, Found, Options, Progress, Search, TimeBudget};
 use brood_target::{KnownView, Strategy, TargetFile};
 use rayon::prelude::*;
 
+use crate::search_target::SearchTarget;
 use crate::view_comparison::ViewComparison;
 
 /// Interval between reports. Shorter generations are reported together.
@@ -26,7 +27,7 @@ const NOTABLE_RATIO: f64 = 0.9;
 /// Running search.
 pub(crate) struct SearchRun {
     search: Search,
-    target: Arc<TargetFile>,
+    target: Arc<SearchTarget>,
     budget: Budget,
     target_error: Option<f64>,
     /// Search time in seconds, without pauses and the server's response times.
@@ -49,7 +50,7 @@ pub(crate) struct StepBatch {
 
 impl SearchRun {
     /// Starts a search or resumes it from the checkpoint.
-    pub(crate) fn new(grant: SearchGrant, target: Arc<TargetFile>) -> Result<Self, String> {
+    pub(crate) fn new(grant: SearchGrant, target: Arc<SearchTarget>) -> Result<Self, String> {
         let strategy: Strategy = grant
             .strategy
             .parse()
@@ -58,8 +59,8 @@ impl SearchRun {
         let start = start.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
         let options = Options { strategy, seed: grant.seed, is_mirrored: grant.is_mirrored, start };
         let search = match &grant.checkpoint {
-            None => Search::new(&target.target.fitted, &options),
-            Some(state) => Search::resume(&target.target.fitted, &options, state)
+            None => Search::new(&target.file.target.fitted, &options),
+            Some(state) => Search::resume(&target.file.target.fitted, &options, state)
                 .map_err(|error| error.to_string())?,
         };
         Ok(Self {
@@ -107,7 +108,7 @@ impl SearchRun {
             if progress.held < NOTABLE_RATIO * self.recorded {
                 self.recorded = progress.held;
                 best = match self.search.best() {
-                    Some(candidate) => Some(measure(&self.target, &candidate)?),
+                    Some(candidate) => Some(measure(&self.target.file, &candidate)?),
                     None => None,
                 };
                 break;
@@ -138,7 +139,7 @@ impl SearchRun {
         let others = outcome.front.iter().enumerate();
         let others = others.filter(|(index, _)| *index != outcome.best).map(|(_, one)| one);
         let front: Vec<&Candidate> = best.into_iter().chain(others).collect();
-        let target = &*self.target;
+        let target = &self.target.file;
         let front: Result<Vec<_>, _> = front.par_iter().map(|one| measure(target, one)).collect();
         let seconds = self.seconds + started.elapsed().as_secs_f64();
         Ok(SearchUpdate::Finished { front: front?, seconds })

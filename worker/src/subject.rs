@@ -155,6 +155,10 @@ impl Renderer {
             let n = source.view.unwrap_or_default();
             return Err(RenderError::Missing(format!("picture {n} of the target has no mask")));
         }
+        if aspect == Aspect::Corrected {
+            let grey = grey();
+            return self.measured(frame, mesh, &*grey);
+        }
         draw_view(&known, aspect)
     }
 
@@ -243,16 +247,21 @@ fn draw_view(known: &KnownView, aspect: Aspect) -> Result<EncodedPicture, Render
     Ok(match aspect {
         Aspect::Picture => EncodedPicture::png(&known.shown()),
         Aspect::Scene => {
-            let grey = Model::new(ModelKind::Lambert).with("albedo", &[0.5; 3]);
-            let grey = grey.expect("a diffuse material has an albedo").brdf();
-            let picture = shot(known).take_on(known.view.set(), &*grey);
+            let picture = shot(known).take_on(known.view.set(), &*grey());
             EncodedPicture::of_material(PictureFormat::Png, &picture)?
         }
+        Aspect::Corrected => unreachable!("drawn in the scene of the frame"),
         Aspect::Pixels => statuses(color),
         Aspect::Mask => {
             statuses(|status| [if status == PixelStatus::Masked { 0 } else { u8::MAX }; 3])
         }
     })
+}
+
+/// Diffuse material of albedo 0.5.
+fn grey() -> Box<dyn Brdf> {
+    let grey = Model::new(ModelKind::Lambert).with("albedo", &[0.5; 3]);
+    grey.expect("a diffuse material has an albedo").brdf()
 }
 
 /// Returns the stage with a subject through which some light passes.

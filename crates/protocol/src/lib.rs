@@ -80,12 +80,13 @@ pub use search::{
     SearchOptions, SearchState,
 };
 pub use search_lease::{
-    Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchReport, SearchRequest,
-    SearchTicket, SearchUpdate, TargetBytes,
+    CalibratedView, Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchReport,
+    SearchRequest, SearchTicket, SearchUpdate, TargetBytes,
 };
 pub use seed::Seed;
 pub use subject::{Aspect, Subject, TargetSource};
 pub use system::{BackendReport, SystemAnswer};
 pub use target::{
-    LargestAlbedo, Target, TargetPixels, TargetSpec, TargetUpload, TargetView, ViewSpec,
+    CorrectedScene, LargestAlbedo, SceneCorrection, Target, TargetPixels, TargetSpec, TargetUpload,
+    TargetView, ViewSpec,
 };

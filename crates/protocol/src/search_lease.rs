@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Budget, FoundView, JobId};
+use crate::{Budget, FoundView, JobId, SceneCorrection};
 
 /// Request for a search.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -143,6 +143,17 @@ pub enum SearchUpdate {
     },
     /// Permanent failure: the search must not be retried.
     Failed(String),
+    /// Corrections of the scenes of all images of the target, at the start of each lease.
+    Calibrated(Vec<CalibratedView>),
+}
+
+/// Image of a target in its corrected scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct CalibratedView {
+    /// The corrected scene as JSON.
+    pub scene: String,
+    /// Corrected numbers; empty if the scene is as stated.
+    pub corrections: Vec<SceneCorrection>,
 }
 
 /// Answer of the server to a report.

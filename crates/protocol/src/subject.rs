@@ -44,6 +44,8 @@ pub enum Aspect {
     Picture,
     /// Scene of the picture, with a grey diffuse material.
     Scene,
+    /// Scene of the frame, a correction of that of the picture, with the same material.
+    Corrected,
     /// Map of the statuses of the picture's pixels.
     Pixels,
     /// Mask of the picture.

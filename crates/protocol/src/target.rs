@@ -1,6 +1,6 @@
 //! Requests and responses for search targets.
 
-use brood_scene::{ClipFrom, PictureSize, Sampling, Scene};
+use brood_scene::{ClipFrom, PictureSize, Refine, Sampling, Scene};
 use serde::{Deserialize, Serialize};
 
 use crate::TargetId;
@@ -39,8 +39,11 @@ pub struct TargetSpec {
     /// Default: the whole image.
     #[serde(default)]
     pub crop: Option<[u32; 4]>,
+    /// Uncertainties within which searches correct the scene of an image. Default: none.
+    #[serde(default)]
+    pub refine: Option<Refine>,
     /// Several images, 1 to 16, each in its own part of the upload. Excludes `scene`, `samples`,
-    /// `gain`, `clip_from` and `crop`.
+    /// `gain`, `clip_from`, `crop` and `refine`.
     #[serde(default)]
     pub views: Option<Vec<ViewSpec>>,
 }
@@ -79,6 +82,10 @@ pub struct ViewSpec {
     /// false.
     #[serde(default)]
     pub held_out: bool,
+    /// Uncertainties within which searches correct the scene. Images for which the same camera or
+    /// light is stated share its correction. Default: none.
+    #[serde(default)]
+    pub refine: Option<Refine>,
 }
 
 /// Target upload: `multipart/form-data`. If the spec has `views`, the parts have the names given
@@ -169,8 +176,40 @@ pub struct TargetView {
     pub clipped_from: Option<[Option<u8>; 3]>,
     /// True if the image is held out: it is not fitted.
     pub held_out: bool,
-    /// Number of pixels by status.
+    /// Number of pixels by status, in the scene as stated.
     pub pixels: TargetPixels,
+    /// Uncertainties within which searches correct the scene.
+    #[serde(default)]
+    pub refine: Refine,
+    /// Correction of the scene: null until a search has begun, and without `refine`.
+    #[serde(default)]
+    pub corrected: Option<CorrectedScene>,
+}
+
+/// Correction of an image's scene, found by a search.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct CorrectedScene {
+    /// The corrected scene.
+    pub scene: Scene,
+    /// Numbers that were corrected.
+    pub corrections: Vec<SceneCorrection>,
+}
+
+/// Number of a scene that was corrected.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct SceneCorrection {
+    /// Name. Turns in degrees: `lights/0/right_deg` and `lights/0/up_deg` (of the first light, as
+    /// seen from the centre of the mesh), `camera/right_deg` and `camera/up_deg` (about the centre
+    /// of the mesh), `camera/aim_right_deg`, `camera/aim_up_deg` and `camera/roll_deg` (about the
+    /// eye). Factors: `lights/0/distance`, `camera/distance`, `camera/fov`, and of the image's
+    /// brightness `gain`, `gain/red`, `gain/green` and `gain/blue`.
+    pub name: String,
+    /// Value.
+    pub value: f64,
+    /// Standard deviation before the fit: as stated.
+    pub stated_deviation: f64,
+    /// Standard deviation after the fit.
+    pub deviation: f64,
 }
 
 fn largest_code() -> ClipFrom {

@@ -131,10 +131,10 @@ fn clipped_highlight_bounds_the_fit_from_below() {
             });
             let outcome = search.finish().unwrap();
             let program = Program::lower(&outcome.front[outcome.best].genome);
-            let pairs: Vec<_> = samples.lower_bounds().iter().map(|(pair, _)| *pair).collect();
+            let pairs: Vec<_> = samples.lower_bounds().iter().map(|bound| bound.pair).collect();
             let found = Samples::of_program(&program, pairs).unwrap();
             let below = samples.lower_bounds().iter().zip(found.values());
-            below.map(|((_, least), f)| f[0] / least[0]).fold(f64::INFINITY, f64::min)
+            below.map(|(bound, f)| f[0] / bound.f[0]).fold(f64::INFINITY, f64::min)
         };
         let (with, without) = (reached(&samples), reached(&unbounded));
         println!("{strategy}: {with:.3} of what was clipped, {without:.3} without its bounds");

@@ -1,7 +1,7 @@
 //! Search targets. Owner of the tables `target` and `target_file`. Independent of the content of
 //! files.
 
-use brood_protocol::{Target, TargetId};
+use brood_protocol::{CorrectedScene, Target, TargetId};
 
 use crate::error::Result;
 use crate::row::{Columns, Key, optional_key};
@@ -64,6 +64,34 @@ impl Store {
     pub async fn target(&self, id: TargetId) -> Result<Target> {
         let query = sqlx::query("SELECT json FROM target WHERE id = ?").bind(id.key());
         query.fetch_one(&mut *self.reader().await?).await?.column("json")
+    }
+
+    /// Sets the corrected scenes of a target's images. Does nothing if the target was deleted.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
+    ///
+    /// # Panics
+    /// If there are not as many scenes as images.
+    pub async fn correct_target(
+        &self,
+        id: TargetId,
+        corrected: Vec<Option<CorrectedScene>>,
+    ) -> Result<()> {
+        self.write(operation!(|conn| {
+            let query = sqlx::query("SELECT json FROM target WHERE id = ?").bind(id.key());
+            let Some(row) = query.fetch_optional(&mut *conn).await? else { return Ok(()) };
+            let mut target: Target = row.column("json")?;
+            assert_eq!(target.views.len(), corrected.len(), "every image has a scene");
+            for (view, corrected) in target.views.iter_mut().zip(corrected) {
+                view.corrected = corrected;
+            }
+            let json = serde_json::to_string(&target).expect("a target is plain data");
+            let update = sqlx::query("UPDATE target SET json = ? WHERE id = ?").bind(json);
+            update.bind(id.key()).execute(conn).await?;
+            Ok(())
+        }))
+        .await
     }
 
     /// Lists targets, the newest first, those before `before`.

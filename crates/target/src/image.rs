@@ -6,6 +6,7 @@
 
 mod clip;
 mod film;
+mod noise;
 mod pixel;
 mod refusal;
 
@@ -16,7 +17,7 @@ use brood_scene::{
     ClipFrom, ImageLayout, PictureSize, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
 };
 
-use crate::Samples;
+use crate::{LowerBound, Samples};
 use clip::{Clip, Clipping};
 use film::FilmInverse;
 pub use pixel::{PixelCounts, PixelStatus};
@@ -60,10 +61,21 @@ pub struct ImageView {
     target: Vec<[f64; 3]>,
     in_mask: Vec<bool>,
     clips: Vec<Clip>,
+    /// Clipped pixels in ascending order.
+    least: Vec<Least>,
     statuses: Vec<PixelStatus>,
     is_gain_unknown: bool,
     clipped_from: [Option<u8>; 3],
     counts: PixelCounts,
+}
+
+/// Radiance of a clipped pixel.
+#[derive(Debug, Clone, Copy)]
+struct Least {
+    pixel: usize,
+    /// Radiance of known channels, and the least radiance of the others.
+    radiance: [f64; 3],
+    is_known: [bool; 3],
 }
 
 /// Difference between a picture and that of a view.
@@ -103,8 +115,28 @@ impl ImageView {
         let is_gain_unknown = exposure.is_unknown || view.is_gain_unknown;
         let (clips, clipped_from) = (clipping.pixels, clipping.from);
         let (statuses, counts) = (Vec::new(), PixelCounts::default());
-        let mut own =
-            Self { set, target, in_mask, clips, statuses, is_gain_unknown, clipped_from, counts };
+        let noise =
+            noise::deviation(view.picture, |at| lit[at].is_some() && clips[at] == Clip::Free);
+        let bounds = clips.iter().enumerate().filter(|(_, clip)| **clip == Clip::Bound);
+        let lowered = |(pixel, _): (usize, &Clip)| {
+            let value = view.picture.pixels[pixel];
+            let is_known = [0, 1, 2].map(|c| noise::is_known(value[c], clipped_from[c], noise));
+            let shown = [0, 1, 2]
+                .map(|c| if is_known[c] { value[c] } else { noise::lowered(value[c], noise) });
+            Least { pixel, radiance: radiance(&shown), is_known }
+        };
+        let least = bounds.map(lowered).collect();
+        let mut own = Self {
+            set,
+            target,
+            in_mask,
+            clips,
+            least,
+            statuses,
+            is_gain_unknown,
+            clipped_from,
+            counts,
+        };
         let samples = own.classify();
         Ok((own, samples))
     }
@@ -124,11 +156,13 @@ impl ImageView {
         let (size_px, sampling, area) = (layout.size_px, layout.sampling, layout.area);
         let set = visible(mesh, lit, Raster { size_px, sampling, area })?;
         let divided = |radiance: &[f64; 3]| [0, 1, 2].map(|c| radiance[c] / balance[c]);
+        let least = self.least.iter().map(|one| Least { radiance: divided(&one.radiance), ..*one });
         let mut own = Self {
             set,
             target: self.target.iter().map(divided).collect(),
             in_mask: self.in_mask.clone(),
             clips: self.clips.clone(),
+            least: least.collect(),
             statuses: Vec::new(),
             ..*self
         };
@@ -174,8 +208,9 @@ impl ImageView {
                     values.push(value);
                     PixelStatus::Used
                 }
-                PixelReading::LowerBound(pair, value) => {
-                    least.push((pair, value));
+                PixelReading::LowerBound(pair, f) => {
+                    let is_known = self.least(pixel).map_or([false; 3], |least| least.is_known);
+                    least.push(LowerBound { pair, f, is_known });
                     PixelStatus::Clipped
                 }
             };
@@ -197,7 +232,8 @@ impl ImageView {
         if pair.cos_i().min(pair.cos_o()) < LEAST_COSINE {
             return PixelReading::Unusable(PixelStatus::Grazing);
         }
-        let mut f = self.target[span.pixel as usize];
+        let pixel = span.pixel as usize;
+        let mut f = self.lower_bound(pixel).unwrap_or(self.target[pixel]);
         for (f, irradiance) in f.iter_mut().zip(self.set.irradiance()) {
             let counted = &irradiance[span.radiance_start as usize..span.end as usize];
             let mean = counted.iter().map(|e| f64::from(*e)).sum::<f64>() * self.scale();
@@ -260,10 +296,16 @@ impl ImageView {
         self.in_mask[pixel] && self.clips[pixel] == Clip::Free
     }
 
-    /// True for a pixel whose radiance is a lower bound: clipped and not masked.
+    /// Least radiance of a clipped pixel, less than shown by what noise may have added; `None` for
+    /// pixels that are masked or not clipped.
     #[must_use]
-    pub fn is_lower_bound(&self, pixel: usize) -> bool {
-        self.in_mask[pixel] && self.clips[pixel] == Clip::Bound
+    pub fn lower_bound(&self, pixel: usize) -> Option<[f64; 3]> {
+        self.least(pixel).map(|least| least.radiance)
+    }
+
+    fn least(&self, pixel: usize) -> Option<&Least> {
+        let known = self.least.binary_search_by_key(&pixel, |least| least.pixel).ok();
+        known.filter(|_| self.in_mask[pixel]).map(|at| &self.least[at])
     }
 
     /// Compares a picture of the same scene with this one.

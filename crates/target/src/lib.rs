@@ -38,5 +38,5 @@ pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, PixelStatu
 pub use known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 pub use measured::{AsMeasured, MeasuredTarget, TargetError};
 pub use reflected::Reflected;
-pub use samples::Samples;
+pub use samples::{LowerBound, Samples};
 pub use strategy::{Strategy, UnknownStrategy};

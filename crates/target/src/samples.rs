@@ -10,8 +10,18 @@ use brood_scene::SampleSet;
 pub struct Samples {
     pairs: Vec<DirectionPair>,
     values: Vec<[f64; 3]>,
-    /// Pairs for which only a lower bound of f is known.
-    lower_bounds: Vec<(DirectionPair, [f64; 3])>,
+    lower_bounds: Vec<LowerBound>,
+}
+
+/// A pair for which only a lower bound of f is known, in some channels.
+#[derive(Debug, Clone, Copy)]
+pub struct LowerBound {
+    /// Pair of directions.
+    pub pair: DirectionPair,
+    /// Bound, or f, of red, green and blue.
+    pub f: [f64; 3],
+    /// True for channels whose f is known.
+    pub is_known: [bool; 3],
 }
 
 impl Samples {
@@ -55,13 +65,13 @@ impl Samples {
     /// Adds pairs for which only a lower bound of f is known. They are not samples and do not count
     /// in errors.
     #[must_use]
-    pub fn with_lower_bounds(self, lower_bounds: Vec<(DirectionPair, [f64; 3])>) -> Self {
+    pub fn with_lower_bounds(self, lower_bounds: Vec<LowerBound>) -> Self {
         Self { lower_bounds, ..self }
     }
 
     /// Pairs for which only a lower bound of f is known.
     #[must_use]
-    pub fn lower_bounds(&self) -> &[(DirectionPair, [f64; 3])] {
+    pub fn lower_bounds(&self) -> &[LowerBound] {
         &self.lower_bounds
     }
 

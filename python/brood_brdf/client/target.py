@@ -25,6 +25,7 @@ def upload_target(
     samples: int | str | None = None,
     clip_from: int | str | None = None,
     crop: tuple[int, int, int, int] | None = None,
+    refine: Mapping[str, float] | None = None,
 ) -> Call[Target]:
     """Uploads a measurement or a picture of a known scene.
 
@@ -38,6 +39,8 @@ def upload_target(
         samples: Samples per pixel of an image, 1 to 64, or `adaptive`, the default.
         clip_from: Code from which a channel of an image is clipped: `auto`, `off` or 1 to 255.
         crop: Part of an image to use: first column, first row, width, height, in pixels.
+        refine: Standard deviations within which searches correct the scene of an image, such as
+            `{"light_deg": 2, "camera_deg": 1, "fov": 0.01}`.
     """
     spec = given(
         kind=kind,
@@ -47,6 +50,7 @@ def upload_target(
         samples=samples,
         clip_from=clip_from,
         crop=None if crop is None else list(crop),
+        refine=None if refine is None else dict(refine),
     )
     parts = [("file", bytes_of(file))]
     if mask is not None:
@@ -125,16 +129,19 @@ def target_picture(
     return Call("GET", path, read_bytes, query=query)
 
 
-def target_view(target: Ref, view: int = 0, layer: str = "pixels") -> Call[bytes]:
+def target_view(
+    target: Ref, view: int = 0, layer: str = "pixels", *, corrected: bool | None = None
+) -> Call[bytes]:
     """Returns how an image was read, as PNG.
 
     Args:
         target: The target.
         view: Index of the image, from 0.
         layer: `picture`; `mask`; `scene`, the scene in grey; or `pixels`, coloured by use.
+        corrected: True for the scene as corrected by a search; only for the layer `scene`.
     """
     path = path_of("targets", id_of(target), "views", str(view), f"{layer}.png")
-    return Call("GET", path, read_bytes)
+    return Call("GET", path, read_bytes, query=given(corrected=corrected))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -140,7 +140,7 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
             ("with `views`, each view has this field for itself", false)
         }
         _ => {
-            let words = "only a picture has a scene, samples, gain, clip_from, crop or views; this kind is measured at directions";
+            let words = "only a picture has a scene, samples, gain, clip_from, crop, refine or views; this kind is measured at directions";
             (words, spec.views.is_some())
         }
     };
@@ -150,6 +150,7 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
         (spec.gain.is_some(), "/gain"),
         (spec.clip_from.is_some(), "/clip_from"),
         (spec.crop.is_some(), "/crop"),
+        (spec.refine.is_some(), "/refine"),
         (said, "/views"),
     ];
     match fields.into_iter().find(|(is_there, _)| *is_there) {

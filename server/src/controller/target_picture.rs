@@ -40,15 +40,27 @@ pub async fn picture(
 ///
 /// Same size and framing as the picture.
 #[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/scene.png", operation_id = "get_target_scene", tag = "jobs",
-    params(("id" = TargetId, Path), ("n" = u32, Path)),
+    params(("id" = TargetId, Path), ("n" = u32, Path), TargetSceneQuery),
     responses((status = 200, description = "picture of the scene as PNG", content_type = "image/png"),
         (status = 304)))]
 pub async fn scene(
     state: State<App>,
     path: Path<(TargetId, u32)>,
+    Query(query): Query<TargetSceneQuery>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    aspect(state, path, &headers, Aspect::Scene).await
+    let shown = if query.corrected { Aspect::Corrected } else { Aspect::Scene };
+    aspect(state, path, &headers, shown).await
+}
+
+/// Options of the picture of a target's scene.
+#[derive(Debug, Clone, Deserialize, utoipa::IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub struct TargetSceneQuery {
+    /// True for the scene as corrected by a search, 404 if there is none; default: as stated.
+    #[serde(default)]
+    corrected: bool,
 }
 
 /// Returns a map of pixel statuses of a target's picture.
@@ -98,14 +110,24 @@ async fn answer(
     aspect: Aspect,
 ) -> Result<Response, ApiError> {
     let own = view(target, n)?;
-    let frame = view_frame(own, own.size_px, own.samples, PictureFormat::Png);
+    let scene = match (&own.corrected, aspect) {
+        (Some(corrected), Aspect::Corrected) => &corrected.scene,
+        (None, Aspect::Corrected) => {
+            let words = "no search has corrected the scene of this picture";
+            return Err(ApiError::not_found(words));
+        }
+        _ => &own.scene,
+    };
+    let frame = view_frame(scene, own.size_px, own.samples, PictureFormat::Png);
     let request = PictureRequest::own(frame, &Subject::Target(source(target, Some(n))?, aspect));
     let head = FileHead::of_picture(request.key(), "image/png", IMMUTABLE);
     let picture = app.pictures.get(request);
     match aspect {
         // Rendered before the ETag is compared: a missing mask must be 404, not 304.
         Aspect::Mask => Ok(head.answer(headers, picture.await?)),
-        Aspect::Picture | Aspect::Scene | Aspect::Pixels => head.made(headers, picture).await,
+        Aspect::Picture | Aspect::Scene | Aspect::Corrected | Aspect::Pixels => {
+            head.made(headers, picture).await
+        }
     }
 }
 
@@ -120,14 +142,14 @@ pub fn source(target: &Target, view: Option<u32>) -> Result<TargetSource, ApiErr
     Ok(TargetSource { kind: target.kind.clone(), hash: *hash.as_bytes(), view })
 }
 
-/// Returns the frame of a target's picture, in this size, sampling and format.
+/// Returns the frame of a target's picture in its scene, in this size, sampling and format.
 pub fn view_frame(
-    view: &TargetView,
+    scene: &Scene,
     size_px: PictureSize,
     sampling: Sampling,
     format: PictureFormat,
 ) -> Frame {
-    Frame::new(&view.scene, MeshSource::Target, size_px, sampling, (format, Backend::Auto))
+    Frame::new(scene, MeshSource::Target, size_px, sampling, (format, Backend::Auto))
 }
 
 /// Returns the picture of a target with this index.

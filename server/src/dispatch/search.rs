@@ -10,9 +10,11 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
-    Directive, FoundMaterial, Generation, GenerationLine, JobId, MeasuredMaterial, SearchGrant,
-    SearchReport, SearchState, SearchTicket, SearchUpdate, WireError, decode_stored,
+    CalibratedView, CorrectedScene, Directive, FoundMaterial, Generation, GenerationLine, JobId,
+    MeasuredMaterial, SceneCorrection, SearchGrant, SearchReport, SearchState, SearchTicket,
+    SearchUpdate, WireError, decode_stored,
 };
+use brood_scene::Scene;
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
 
 use super::kind::{JobKind, Jobs, LeaseOf, PendingGrant};
@@ -141,6 +143,7 @@ impl Searches {
                     own.take_front(&search, front, seconds).await
                 }
                 SearchUpdate::Failed(reason) => own.fail_search(&search, shortened(&reason)).await,
+                SearchUpdate::Calibrated(views) => own.take_scenes(&search, views).await,
             }
         });
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
@@ -149,6 +152,38 @@ impl Searches {
             self.jobs.notify.notify_one();
         }
         Ok(directive)
+    }
+
+    /// Stores the corrected scenes of the target's images.
+    async fn take_scenes(
+        &self,
+        search: &StoredSearch,
+        views: Vec<CalibratedView>,
+    ) -> Result<Directive, ApiError> {
+        let target = match self.store.target(search.target).await {
+            Ok(target) => target,
+            Err(StorageError::NotFound) => return Ok(Directive::Continue),
+            Err(error) => return Err(error.into()),
+        };
+        if target.views.len() != views.len() {
+            return Err(ApiError::refused("a report must have a scene for each image"));
+        }
+        let read = |CalibratedView { scene, corrections }: CalibratedView| {
+            if corrections.is_empty() {
+                return Ok(None);
+            }
+            let scene: Scene = serde_json::from_str(&scene)
+                .map_err(|error| ApiError::refused(format!("a corrected scene: {error}")))?;
+            scene.validate()?;
+            let of = |one: &SceneCorrection| [one.value, one.stated_deviation, one.deviation];
+            if !corrections.iter().flat_map(of).all(f64::is_finite) {
+                return Err(ApiError::refused("corrections must be finite"));
+            }
+            Ok(Some(CorrectedScene { scene, corrections }))
+        };
+        let corrected = views.into_iter().map(read).collect::<Result<Vec<_>, ApiError>>()?;
+        self.store.correct_target(search.target, corrected).await?;
+        Ok(Directive::Continue)
     }
 
     async fn take_generations(

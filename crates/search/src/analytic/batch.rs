@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use brood_brdf::{Block, DirectionPair};
 use brood_eval::Level;
-use brood_target::Samples;
+use brood_target::{LowerBound, Samples};
 
 use super::LANES;
 use super::albedo::Albedos;
@@ -19,8 +19,9 @@ pub(super) struct Lanes {
     pub(super) target: [[f64; LANES]; 3],
     /// 1, or 0 beyond the last sample.
     pub(super) counts: [f64; LANES],
-    /// Weight of a positive difference: 1, or 0 if the target is only a lower bound of f.
-    pub(super) above: [f64; LANES],
+    /// Weight of a positive difference: 1, or 0 if the target is only a lower bound of f; of red,
+    /// green and blue.
+    pub(super) above: [[f64; LANES]; 3],
 }
 
 /// Samples in blocks, with an optional albedo penalty.
@@ -38,18 +39,22 @@ pub(super) struct Batch {
 impl Batch {
     /// Creates a batch of the samples of these indices, in this order.
     pub(super) fn new(samples: &Samples, indices: &[usize]) -> Self {
-        let row = |at: &usize| (samples.pairs()[*at], samples.values()[*at]);
-        let rows: Vec<Row> = indices.iter().map(row).collect();
+        let row = |at: &usize| LowerBound {
+            pair: samples.pairs()[*at],
+            f: samples.values()[*at],
+            is_known: [true; 3],
+        };
+        let rows: Vec<LowerBound> = indices.iter().map(row).collect();
         let total = 3.0 * indices.len() as f64;
-        Self { lanes: Arc::new(lanes(&rows, 1.0)), total, albedos: None, prior: None }
+        Self { lanes: Arc::new(lanes(&rows)), total, albedos: None, prior: None }
     }
 
     /// Adds the lower bounds of `samples`, at most about as many as the batch has samples.
     pub(super) fn with_lower_bounds(mut self, samples: &Samples) -> Self {
         let most = (self.lanes.len() * LANES).max(1);
         let step = samples.lower_bounds().len().div_ceil(most).max(1);
-        let rows: Vec<Row> = samples.lower_bounds().iter().step_by(step).copied().collect();
-        Arc::make_mut(&mut self.lanes).extend(lanes(&rows, 0.0));
+        let rows: Vec<LowerBound> = samples.lower_bounds().iter().step_by(step).copied().collect();
+        Arc::make_mut(&mut self.lanes).extend(lanes(&rows));
         self
     }
 
@@ -70,27 +75,25 @@ impl Batch {
     }
 }
 
-/// A pair of directions and the f to match there.
-type Row = (DirectionPair, [f64; 3]);
-
-fn lanes(rows: &[Row], above: f64) -> Vec<Lanes> {
+fn lanes(rows: &[LowerBound]) -> Vec<Lanes> {
     let level = Level::best();
-    let of = |rows: &[Row]| {
-        let pairs: Vec<DirectionPair> = rows.iter().map(|(pair, _)| *pair).collect();
+    let of = |rows: &[LowerBound]| {
+        let pairs: Vec<DirectionPair> = rows.iter().map(|row| row.pair).collect();
         let mut lanes = Lanes {
             block: Block::new(),
             weight: [0.0; LANES],
             target: [[0.0; LANES]; 3],
             counts: [0.0; LANES],
-            above: [above; LANES],
+            above: [[0.0; LANES]; 3],
         };
         lanes.block.fill(level, &pairs);
-        for (lane, (pair, value)) in rows.iter().enumerate() {
+        for (lane, LowerBound { pair, f, is_known }) in rows.iter().enumerate() {
             let cos_i = pair.cos_i();
             lanes.weight[lane] = cos_i;
             lanes.counts[lane] = 1.0;
-            for (row, f) in lanes.target.iter_mut().zip(value) {
-                row[lane] = libm::log1p(f * cos_i);
+            for channel in 0..3 {
+                lanes.target[channel][lane] = libm::log1p(f[channel] * cos_i);
+                lanes.above[channel][lane] = f64::from(u8::from(is_known[channel]));
             }
         }
         lanes

@@ -299,11 +299,12 @@ impl Loop for Compare<'_> {
     fn run<F: Elementary>(self) -> f64 {
         let Self { lanes, f, share, out } = self;
         let mut sums = [0.0; SUMS];
-        for ((f, target), out) in f.iter().zip(&lanes.target).zip(out.chunks_exact_mut(LANES)) {
+        let wanted = lanes.target.iter().zip(&lanes.above);
+        for ((f, (target, above)), out) in f.iter().zip(wanted).zip(out.chunks_exact_mut(LANES)) {
             for k in 0..LANES {
                 let f = if f[k] > 0.0 { share * f[k] } else { 0.0 };
                 let off = F::ln(1.0 + f * lanes.weight[k]) - target[k];
-                let off = if off > 0.0 { off * lanes.above[k] } else { off };
+                let off = if off > 0.0 { off * above[k] } else { off };
                 out[k] = lanes.counts[k] * off;
             }
             for part in out.chunks_exact(SUMS) {

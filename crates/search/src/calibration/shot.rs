@@ -71,16 +71,17 @@ impl Photograph {
             let square = (0..by * by)
                 .map(|k| (row * by + k / by) * width + column * by + k % by)
                 .collect::<Vec<usize>>();
-            let is_bound = square.iter().any(|at| known.is_lower_bound(*at));
-            let is_known =
-                square.iter().all(|at| known.is_compared(*at) || known.is_lower_bound(*at));
+            let bound = |at: usize| known.lower_bound(at);
+            let is_bound = square.iter().any(|at| bound(*at).is_some());
+            let is_known = square.iter().all(|at| known.is_compared(*at) || bound(*at).is_some());
             let counts = uses_outline
                 || is_deep(row * by + by / 2, column * by + by / 2, whole, by, &is_inside);
             if !is_known || !counts {
                 continue;
             }
             let wanted = [0, 1, 2].map(|channel| {
-                let sum: f64 = square.iter().map(|at| known.target()[*at][channel]).sum();
+                let radiance = |at: &usize| bound(*at).unwrap_or(known.target()[*at])[channel];
+                let sum: f64 = square.iter().map(radiance).sum();
                 logarithm((sum / square.len() as f64).max(0.0), normal[channel])
             });
             pixels.push(Seen { at, wanted, is_bound });

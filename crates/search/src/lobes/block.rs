@@ -109,7 +109,7 @@ fn gain(weighted: &[[f64; 3]]) -> f64 {
 
 /// Points of the lower bounds of `samples`, each of weight 1.
 pub(super) fn lower_bounds(samples: &Samples, shape: &Shape) -> Vec<Point> {
-    let (pairs, values) = samples.lower_bounds().iter().copied().unzip();
+    let (pairs, values) = samples.lower_bounds().iter().map(|bound| (bound.pair, bound.f)).unzip();
     let points = points(&Samples::new(pairs, values), shape);
     points.into_iter().map(|point| Point { share: 0.0, side: -1.0, ..point }).collect()
 }

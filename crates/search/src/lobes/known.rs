@@ -79,7 +79,8 @@ impl Place {
 
 impl BoundEstimator {
     pub(super) fn new(samples: &Samples) -> Self {
-        let (pairs_below, below): (Vec<_>, Vec<_>) = samples.lower_bounds().iter().copied().unzip();
+        let bounds = samples.lower_bounds().iter().map(|bound| (bound.pair, bound.f));
+        let (pairs_below, below): (Vec<_>, Vec<_>) = bounds.unzip();
         let places: Vec<Place> =
             samples.pairs().par_iter().chain(&pairs_below).map(Place::of).collect();
         let contrasts = places.iter().map(|_| OnceLock::new()).collect();

@@ -115,7 +115,7 @@ impl Fit {
         let bounds = [Bounds::of_fits(&known, seed), Bounds::of_pool(&known, seed)];
         let shapes: Vec<Problem> =
             shapes.into_par_iter().map(|shape| Problem::new(samples, shape, &bounds)).collect();
-        let below = samples.lower_bounds().iter().flat_map(|(_, least)| least).copied();
+        let below = samples.lower_bounds().iter().flat_map(|bound| bound.f);
         let largest = below.fold(samples.largest(), f64::max);
         let (kept, has_albedo_penalty) = (Vec::new(), false);
         Self {

@@ -70,7 +70,8 @@ impl MatchedRender {
         let size_px = self.size_px.unwrap_or(own.size_px);
         let sampling = self.sampling.unwrap_or(own.samples);
         check_rays(size_px.pixels(), sampling)?;
-        let frame = view_frame(own, size_px, sampling, self.format);
+        let scene = own.corrected.as_ref().map_or(&own.scene, |corrected| &corrected.scene);
+        let frame = view_frame(scene, size_px, sampling, self.format);
         Ok((frame, source(target, Some(n))?))
     }
 

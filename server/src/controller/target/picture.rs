@@ -39,6 +39,7 @@ struct RequestedView {
     clip_from: ClipFrom,
     crop: Option<PixelArea>,
     is_held_out: bool,
+    refine: Refine,
     picture: Bytes,
     mask: Option<Bytes>,
 }
@@ -92,7 +93,7 @@ impl RequestedView {
             clip_from: asked.clip_from,
             crop: asked.crop,
             is_held_out: asked.is_held_out,
-            refine: Refine::default(),
+            refine: asked.refine,
             picture: asked.picture.to_vec(),
             mask: asked.mask.as_ref().map(|mask| mask.to_vec()),
         }
@@ -111,6 +112,7 @@ fn alone(spec: &TargetSpec, parts: &Parts) -> Result<RequestedView, ApiError> {
         clip_from: spec.clip_from.unwrap_or_default(),
         crop: spec.crop.map(area),
         is_held_out: false,
+        refine: refine(spec.refine, "")?,
         picture: parts.need("file")?.clone(),
         mask: parts.get("mask").cloned(),
     })
@@ -133,6 +135,7 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<RequestedView>, ApiE
             };
             parts.get(name).filter(|_| name != "spec").cloned().ok_or_else(missing)
         };
+        let refine = refine(view.refine, &at)?;
         let picture = part(&view.picture, "picture")?;
         let mask = view.mask.as_deref().map(|name| part(name, "mask")).transpose()?;
         names.push(&view.picture);
@@ -146,12 +149,20 @@ fn several(views: &[ViewSpec], parts: &Parts) -> Result<Vec<RequestedView>, ApiE
             clip_from: view.clip_from.unwrap_or_default(),
             crop: view.crop.map(area),
             is_held_out: view.held_out,
+            refine,
             picture,
             mask,
         });
     }
     parts.only(&names)?;
     Ok(asked)
+}
+
+/// Checks uncertainties. `at` is the JSON pointer of the view.
+fn refine(asked: Option<Refine>, at: &str) -> Result<Refine, ApiError> {
+    let refine = asked.unwrap_or_default();
+    refine.validate().map_err(|error| ApiError::from(error).inside(&format!("{at}/refine")))?;
+    Ok(refine)
 }
 
 fn area([x, y, width, height]: [u32; 4]) -> PixelArea {
@@ -284,6 +295,8 @@ pub fn describe(known: &KnownView) -> TargetView {
         clipped_from: Some(known.view.clipped_from()),
         held_out: known.setting.is_held_out,
         pixels: counted(known.view.counts()),
+        refine: known.setting.refine,
+        corrected: None,
     }
 }
 

@@ -1,0 +1,93 @@
+//! Image targets whose scenes are known roughly: searches correct them within their uncertainties.
+
+use brood_tests::{TestLineage, TestServer, ids, text_of};
+use serde_json::{Value, json};
+
+/// Scene with a point light at a position.
+fn scene(position: [f64; 3]) -> Value {
+    json!({
+        "mesh": "cube", "rotation_deg": [20, 35, 10], "shadows": true,
+        "camera": {"orbit_deg": [25, 30], "fov_y_deg": 28},
+        "lights": [{"kind": "point", "position": position, "intensity": 60}],
+    })
+}
+
+/// Picture of a plastic cube in a scene, 64 x 64.
+async fn photographed(server: &TestServer, scene: &Value) -> Vec<u8> {
+    let stored = server.post("/v1/scenes", scene).await.expect(201).json();
+    let body =
+        json!({"name": "studio", "scene": stored["id"], "thumbnail_px": 32, "energy_limit": false});
+    let lineage = TestLineage::with(server, body).await;
+    let presets = json!({"presets": ["model-plastic"]});
+    let made = server.post(&lineage.path("/adoptions"), &presets).await.expect(201).json();
+    let path = format!("/v1/individuals/{}/render.exr?size=64", ids(&made)[0]);
+    server.get(&path).await.expect(200).body
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn search_corrects_the_light_of_a_picture() {
+    let server = TestServer::start();
+    // The light is turned by about 3 degrees.
+    let (stated, taken) = (scene([3.0, 3.5, 2.5]), scene([3.1, 3.5, 2.25]));
+    let picture = photographed(&server, &taken).await;
+    let refine = json!({"light_deg": 3});
+    let spec = json!({"kind": "image", "scene": stated, "refine": refine});
+    let target = server.post_target(&spec, &picture).await.expect(201).json();
+    let path = format!("/v1/targets/{}", text_of(&target["id"]));
+    assert_eq!(target["views"][0]["refine"]["light_deg"], 3.0);
+    assert_eq!(target["views"][0]["corrected"], Value::Null);
+    let corrected = format!("{path}/views/0/scene.png?corrected=true");
+    let problem = server.get(&corrected).await.problem(404);
+    assert!(text_of(&problem["detail"]).contains("no search"), "{problem}");
+    let body = json!({"kind": "fit", "target": target["id"], "threads": 1, "generations": 2});
+    let job = text_of(&server.post("/v1/jobs", &body).await.expect(202).json()["id"]);
+    let ended = server.job_once(&job, |job| job["ended_ms"].is_i64()).await;
+    assert_eq!(ended["state"], "succeeded", "{ended}");
+    let view = server.get(&path).await.expect(200).json()["views"][0].clone();
+    assert_eq!(view["scene"]["lights"], target["views"][0]["scene"]["lights"]);
+    let place = &view["corrected"]["scene"]["lights"][0]["position"];
+    let off = |k: usize, wanted: f64| (place[k].as_f64().unwrap() - wanted).abs();
+    // Its distance stays as stated.
+    assert!(off(0, 3.1) < 0.05 && off(1, 3.5) < 0.1 && off(2, 2.25) < 0.05, "{place}");
+    let names: Vec<&str> = view["corrected"]["corrections"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["lights/0/right_deg", "lights/0/up_deg"]);
+    // Pictures: the scene as corrected differs from that as stated, and the best material is
+    // drawn in the corrected one.
+    let shown = server.get(&corrected).await.expect(200).picture();
+    let before = server.get(&format!("{path}/views/0/scene.png")).await.expect(200).picture();
+    assert!(shown != before && shown.dimensions() == before.dimensions());
+    let front = server.get(&format!("/v1/jobs/{job}/front")).await.expect(200).json();
+    let rmse = front["items"][0]["views"][0]["rmse"].as_f64().unwrap();
+    assert!(rmse < 0.02, "{rmse}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn uncertainties_out_of_range_are_refused() {
+    let server = TestServer::start();
+    let picture = photographed(&server, &scene([3.0, 3.5, 2.5])).await;
+    for (pointer, words, spec) in [
+        ("/refine/light_deg", "0 to 15 degrees", json!({"refine": {"light_deg": 20}})),
+        ("/refine/fov", "0 to 0.5", json!({"refine": {"fov": -1}})),
+        ("/refine", "light_deg", json!({"refine": {"lights": 1}})),
+        ("/refine", "only a picture", json!({"kind": "merl", "refine": {"fov": 0.1}})),
+        ("/refine", "for itself", json!({"refine": {"fov": 0.1}, "views": []})),
+    ] {
+        let mut whole = json!({"kind": "image"});
+        for (name, value) in spec.as_object().unwrap() {
+            whole[name] = value.clone();
+        }
+        let answer = server.post_target(&whole, &picture).await;
+        assert!([400, 422].contains(&answer.status), "{spec}: {}", answer.status);
+        let status = answer.status;
+        let problem = answer.problem(status);
+        assert!(text_of(&problem["detail"]).contains(words), "{spec}: {problem}");
+        if status == 422 {
+            assert_eq!(problem["pointer"], pointer, "{spec}: {problem}");
+        }
+    }
+}
