@@ -112,6 +112,8 @@
  *
  * @typedef {api.TargetPixels} PixelCounts
  *
+ * @typedef {Partial<api.Refine>} Refine
+ *
  * @typedef {Omit<api.TargetView, "scene"> & {scene: Scene}} TargetView
  *
  * @typedef {Omit<api.Target, "kind"|"views"> & {kind: TargetKind, views?: TargetView[]}} Target

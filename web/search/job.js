@@ -60,6 +60,12 @@ async function reread(id) {
   if (!searchStore.targetRead.value) void readTarget(present);
 }
 
+/** True if the scenes of the target have uncertainties, and their corrections are not known yet. */
+const awaitsScenes = () =>
+  (searchStore.target.value?.views ?? []).some(
+    ({ refine, corrected }) => !corrected && Object.keys(refine ?? {}).length > 0,
+  );
+
 /**
  * Reads the target and the lineage, which may have been deleted after the search ended.
  * @param {Job} of
@@ -93,6 +99,9 @@ const followJob = (id) => {
     best: (news) =>
       batch(() => {
         updateJob({ best: news });
+        // The first result follows the correction of the scenes.
+        const job = searchStore.job.value;
+        if (job && awaitsScenes()) void readTarget(job);
         if (searchStore.job.value && !hasEnded(searchStore.job.value))
           searchStore.front.value = [news];
         searchStore.jobAnnouncement.value = `Better result: error ${errorInWords(news.e_log)}, ${news.operations} operations.`;

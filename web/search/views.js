@@ -1,7 +1,7 @@
 /**
  * Pictures of known scenes as targets: the scene of each picture, and the upload that they make.
  *
- * @import { PixelCounts, Scene } from "../model.js"
+ * @import { PixelCounts, Refine, Scene } from "../model.js"
  * @import { Area } from "../photo/placement.js"
  * @import { Placed } from "../photo/setup.js"
  */
@@ -12,11 +12,12 @@ import { isWhole, sceneOfPlaced, wholeOf } from "../photo/setup.js";
  *   picture, the open lineage's scene, the server's default, or what was pasted.
  *
  * @typedef {{key: number, file: File, mask: File|null, from: SceneFrom, text: string, light:
- *   string, samples: string, gain: boolean, held_out: boolean, clip_from: unknown, crop: Area|null,
- *   placed: Placed|null, fromByHand: boolean}} PictureDraft `text`: the scene that was pasted;
+ *   string, samples: string, gain: boolean, held_out: boolean, clip_from: unknown, refine:
+ *   Refine|undefined, crop: Area|null, placed: Placed|null, fromByHand: boolean}} PictureDraft
+ *   `text`: the scene that was pasted;
  *   `light`: degrees to which it is turned, as typed; `clip_from`: the setting of a list, undefined
- *   without one; `crop`: null for the whole picture; `placed`: null until the picture is shown;
- *   `fromByHand`: true if the scene was chosen by hand.
+ *   without one; `refine`: uncertainties of the scene, undefined if it is exact; `crop`: null
+ *   for the whole picture; `placed`: null until the picture is shown; `fromByHand`: true if the scene was chosen by hand.
  *
  * @typedef {{id: string, scene: Scene}} OpenScene
  *
@@ -37,6 +38,35 @@ export const SAMPLINGS = [
   { value: "64", name: "64", words: "photographs and other renderers" },
 ];
 
+/**
+ * How well the scene of a picture is known, with the standard deviations that this stands for.
+ * @type {{value: string, name: string, words: string, refine: Refine|undefined}[]}
+ */
+export const UNCERTAINTIES = [
+  {
+    value: "exact",
+    name: "exactly",
+    words: "rendered, or measured well",
+    refine: undefined,
+  },
+  {
+    value: "nearly",
+    name: "nearly",
+    words: "light within 2°, camera within 1°, distances within 2 %",
+    refine: { light_deg: 2, light_distance: 0.02, camera_deg: 1, camera_distance: 0.02, fov: 0.01 },
+  },
+  {
+    value: "roughly",
+    name: "roughly",
+    words: "light within 6°, camera within 3°, distances within 10 %",
+    refine: { light_deg: 6, light_distance: 0.1, camera_deg: 3, camera_distance: 0.1, fov: 0.03 },
+  },
+];
+
+/** Setting of uncertainties; null for those of a list. @param {Refine|undefined} refine */
+export const uncertaintyOf = (refine) =>
+  UNCERTAINTIES.find((of) => JSON.stringify(of.refine) === JSON.stringify(refine)) ?? null;
+
 let lastKey = 0;
 
 /**
@@ -49,12 +79,13 @@ let lastKey = 0;
  */
 export function newPicture(file, before, isOpenUsable) {
   lastKey += 1;
-  const { from, text, light, samples, gain, crop, placed, fromByHand } = before ?? {
+  const { from, text, light, samples, gain, refine, crop, placed, fromByHand } = before ?? {
     from: isOpenUsable ? "open" : "default",
     text: "",
     light: "",
     samples: "adaptive",
     gain: false,
+    refine: undefined,
     crop: null,
     placed: null,
     fromByHand: false,
@@ -70,6 +101,7 @@ export function newPicture(file, before, isOpenUsable) {
     gain,
     held_out: false,
     clip_from: undefined,
+    refine,
     crop,
     placed,
     fromByHand,
@@ -176,6 +208,7 @@ export function buildUpload(views, open) {
       ...(of.gain || of.from === "placed" ? { gain: true } : {}),
       ...(of.held_out ? { held_out: true } : {}),
       ...(of.clip_from === undefined ? {} : { clip_from: of.clip_from }),
+      ...(of.refine === undefined ? {} : { refine: of.refine }),
       ...croppedBy(of),
     });
   }
@@ -254,6 +287,7 @@ export async function picturesFromList(text, files) {
       gain: of.gain === true,
       held_out: of.held_out === true,
       clip_from: of.clip_from,
+      refine: of.refine,
       crop: readCrop(of.crop),
       fromByHand: true,
     });
@@ -273,7 +307,7 @@ export const stem = (name) =>
   [...name.replace(/\.[^.]*$/, "").replace(/\p{Cc}/gu, " ")].slice(0, NAME_CHARS).join("");
 
 /** Fields of a picture in the form. */
-const FIELDS = ["picture", "mask", "scene", "samples", "gain", "held_out", "crop"];
+const FIELDS = ["picture", "mask", "scene", "samples", "gain", "held_out", "crop", "refine"];
 
 /**
  * Picture and field that a refusal names.
@@ -359,3 +393,23 @@ export function share(part, whole) {
  */
 export const nameOfView = (views, at) =>
   `${views.length > 1 ? `picture ${at + 1}` : "the picture"}${views[at]?.held_out ? ", held out" : ""}`;
+
+/** Words for the numbers of a scene that a search corrects. @type {Record<string, string>} */
+const CORRECTIONS = {
+  right_deg: "to the right, degrees",
+  up_deg: "upwards, degrees",
+  aim_right_deg: "aim to the right, degrees",
+  aim_up_deg: "aim upwards, degrees",
+  roll_deg: "clockwise, degrees",
+  distance: "distance, factor",
+  fov: "field of view, factor",
+};
+
+/** Name of a corrected number in words. @param {string} name such as `lights/0/right_deg` */
+export function correctionInWords(name) {
+  const parts = name.split("/");
+  const last = parts.at(-1) ?? "";
+  if (parts[0] === "gain") return parts.length > 1 ? `brightness of ${last}, factor` : "brightness, factor";
+  const of = parts[0] === "lights" ? `light ${Number(parts[1]) + 1}` : "camera";
+  return `${of} ${CORRECTIONS[last] ?? last}`;
+}

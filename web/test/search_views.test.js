@@ -2,7 +2,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  PIXEL_STATUSES, buildUpload, isPicture, nameOfView, newPicture, pixelStatuses, pointedView,
+  PIXEL_STATUSES, UNCERTAINTIES, buildUpload, correctionInWords, isPicture, nameOfView, newPicture, pixelStatuses,
+  pointedView, uncertaintyOf,
   readScene, share, stem,
 } from "../search/views.js";
 
@@ -194,4 +195,23 @@ test("pictures are recognised by name and numbered", () => {
   );
   assert.equal(nameOfView([{ held_out: false }], 0), "the picture");
   assert.equal(nameOfView([{ held_out: false }, { held_out: true }], 1), "picture 2, held out");
+});
+
+test("uncertainties of a scene are sent, copied to the next picture and named", () => {
+  const roughly = UNCERTAINTIES.find(({ value }) => value === "roughly");
+  assert.ok(roughly);
+  const first = { ...newPicture(file("a.png"), undefined, false), refine: roughly.refine };
+  const both = [first, newPicture(file("b.png"), first, false)];
+  const upload = buildUpload(both, null);
+  assert.ok("spec" in upload);
+  const said = /** @type {Record<string, unknown>[]} */ (upload.spec.views);
+  assert.deepEqual(said.map(({ refine }) => refine), [roughly.refine, roughly.refine]);
+  assert.equal(uncertaintyOf(roughly.refine), roughly);
+  assert.equal(uncertaintyOf(undefined)?.value, "exact");
+  assert.equal(uncertaintyOf({ light_deg: 1.5 }), null);
+  const exact = buildUpload([newPicture(file("a.png"), undefined, false)], null);
+  assert.ok("spec" in exact && !JSON.stringify(exact.spec).includes("refine"));
+  assert.equal(correctionInWords("lights/1/up_deg"), "light 2 upwards, degrees");
+  assert.equal(correctionInWords("camera/fov"), "camera field of view, factor");
+  assert.equal(correctionInWords("gain/red"), "brightness of red, factor");
 });

@@ -10,7 +10,7 @@ import { breedFound, openLineageOf, showFound } from "../../search/job.js";
 import { findPicture, lookAt, targetPicture } from "../../search/picture.js";
 import { closeSearches } from "../../search/searches.js";
 import { searchStore } from "../../search/store.js";
-import { nameOfView } from "../../search/views.js";
+import { correctionInWords, nameOfView } from "../../search/views.js";
 import { errorInWords, hasEnded } from "../../search/words.js";
 import { Pair } from "../compare/pair.js";
 import { Fact, Slider } from "../control.js";
@@ -116,6 +116,23 @@ function Views({ of }) {
   `;
 }
 
+/** Corrections of the scene of the picture in view. */
+function Corrections() {
+  const view = searchStore.target.value?.views?.[searchStore.pictureView.value];
+  const found = view?.corrected?.corrections ?? [];
+  if (found.length === 0) return null;
+  const number = (/** @type {number} */ value) => Number(value.toPrecision(3));
+  return html`
+    <table class="finds" data-testid="found-corrections">
+      <caption>The scene, corrected with the material</caption>
+      <thead><tr><th scope="col">number</th><th scope="col" title="Turn, or factor of what was stated">found</th><th scope="col" title="Standard deviation after the fit">±</th><th scope="col" title="Standard deviation before the fit">stated ±</th></tr></thead>
+      <tbody>
+        ${found.map((one) => html`<tr key=${one.name}><td>${correctionInWords(one.name)}</td><td>${number(one.value)}</td><td>${number(one.deviation)}</td><td>${number(one.stated_deviation)}</td></tr>`)}
+      </tbody>
+    </table>
+  `;
+}
+
 /** @param {{of: Found}} props */
 const Figures = ({ of }) => html`
   <dl>
@@ -165,7 +182,7 @@ export function FoundView({ of: within, placeholder }) {
     <section class="found-one" aria-labelledby="found-title">
       <h3 id="found-title">${titleOf(of, within)}</h3>
       <${Picture} of=${of} placeholder=${placeholder} />
-      ${of && html`<${Light} /><${Views} of=${of} /><${Figures} of=${of} /><${Actions} of=${of} within=${within} />`}
+      ${of && html`<${Light} /><${Views} of=${of} /><${Corrections} /><${Figures} of=${of} /><${Actions} of=${of} within=${within} />`}
       <${ProblemBox} place="found" />
       <button type="button" class="link" data-testid="job-lineage" title="All results of this search, in order" onClick=${() => openLineageOf(within)}>Open the lineage of the results</button>
     </section>

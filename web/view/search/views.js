@@ -9,7 +9,7 @@ import { searchStore } from "../../search/store.js";
 import {
   addPictures, changeView, chooseScene, readPictures, removeView, useSceneFile,
 } from "../../search/target.js";
-import { MOST_PICTURES, SAMPLINGS } from "../../search/views.js";
+import { MOST_PICTURES, SAMPLINGS, UNCERTAINTIES, uncertaintyOf } from "../../search/views.js";
 import { Choice, Switch, typed } from "../control.js";
 import { html } from "../html.js";
 import { ProblemBox } from "../problem.js";
@@ -103,6 +103,22 @@ const Samples = ({ of, at }) => html`
   <${Refusal} at=${at} fields=${["samples"]} />
 `;
 
+/** How well the scene is known. @param {{of: PictureDraft, at: number}} props */
+const Uncertainty = ({ of, at }) => {
+  const known = uncertaintyOf(of.refine);
+  return html`
+    <label class="entry" title="A search corrects the scene within these standard deviations, together with the material">
+      <span>scene known</span>
+      <select data-testid=${`view-${at}-refine`} value=${known?.value ?? "list"} aria-invalid=${isWrong(at, "refine")} onChange=${(/** @type {Event} */ event) => changeView(of.key, { refine: UNCERTAINTIES.find(({ value }) => value === typed(event))?.refine })}>
+        ${UNCERTAINTIES.map(({ value, name }) => html`<option key=${value} value=${value} selected=${value === known?.value}>${name}</option>`)}
+        ${!known && html`<option value="list" selected>as in the list</option>`}
+      </select>
+      <span class="small">${known?.words ?? "as in the list"}</span>
+    </label>
+    <${Refusal} at=${at} fields=${["refine"]} />
+  `;
+};
+
 /** @param {{of: PictureDraft, at: number, many: boolean}} props */
 const Known = ({ of, at, many }) => html`
   <div class="chips">
@@ -128,6 +144,7 @@ const Card = ({ of, at, many }) => html`
     <${Refusal} at=${at} fields=${["crop"]} />
     <${SceneField} of=${of} at=${at} />
     <${MaskField} of=${of} at=${at} />
+    <${Uncertainty} of=${of} at=${at} />
     <${Samples} of=${of} at=${at} />
     <${Known} of=${of} at=${at} many=${many} />
   </li>
@@ -137,7 +154,7 @@ const Card = ({ of, at, many }) => html`
 export const isShownAtField = () => {
   const wrong = searchStore.wrongPicture.value;
   return wrong !== null && wrong.view !== null && searchStore.draft.value.file !== null && searchStore.draft.value.kind === "image" && wrong.view < searchStore.draft.value.views.length
-    && ["picture", "mask", "scene", "light", "samples", "gain", "held_out", "crop", "spot"].includes(wrong.field);
+    && ["picture", "mask", "scene", "light", "samples", "gain", "held_out", "crop", "spot", "refine"].includes(wrong.field);
 };
 
 export function Pictures() {

@@ -11,8 +11,8 @@ const LOWERED: f64 = 3.0;
 /// Standard deviation of the noise of 8-bit codes, rounding included. 0 for pictures of linear
 /// light.
 ///
-/// Of each channel the median over the used pixels of the second difference of the second
-/// difference, which leaves out smooth shading and straight edges; of the channels the largest.
+/// Each channel has the median over the used pixels of the second difference of the second
+/// difference, which leaves out smooth shading and straight edges. The largest channel counts.
 ///
 /// # Source
 /// Immerkaer, *Fast Noise Variance Estimation* (1996), with the median instead of the mean.
@@ -36,13 +36,14 @@ pub(super) fn deviation(picture: &LinearPicture, is_used: impl Fn(usize) -> bool
     [0, 1, 2].map(of_channel).into_iter().fold(0.0, f64::max)
 }
 
-/// True for a channel of a clipped pixel that is itself clear of the code from which it is clipped.
+/// True for a channel of a clipped pixel that is itself below the code from which it is clipped, by
+/// more than noise.
 pub(super) fn is_known(value: f32, from: Option<u8>, deviation: f64) -> bool {
     f64::from(encode_srgb(value)) + LOWERED * deviation < f64::from(from.unwrap_or(u8::MAX))
 }
 
-/// Value of a channel of a clipped pixel, lowered by what noise may have added. The value is linear,
-/// as decoded.
+/// Value of a channel of a clipped pixel, lowered by what noise may have added. The value is
+/// linear, as decoded.
 pub(super) fn lowered(value: f32, deviation: f64) -> f32 {
     if deviation == 0.0 {
         return value;
