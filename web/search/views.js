@@ -17,7 +17,8 @@ import { isWhole, sceneOfPlaced, wholeOf } from "../photo/setup.js";
  *   `text`: the scene that was pasted;
  *   `light`: degrees to which it is turned, as typed; `clip_from`: the setting of a list, undefined
  *   without one; `refine`: uncertainties of the scene, undefined if it is exact; `crop`: null
- *   for the whole picture; `placed`: null until the picture is shown; `fromByHand`: true if the scene was chosen by hand.
+ *   for the whole picture; `placed`: null until the picture is shown; `fromByHand`: true if the
+ *   scene was chosen by hand.
  *
  * @typedef {{id: string, scene: Scene}} OpenScene
  *
