@@ -315,9 +315,9 @@ export interface components {
             /** @description Individuals to start from, at most 64. Not every strategy can use every individual. */
             start?: components["schemas"]["IndividualId"][];
             /**
-             * @description Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `analytic` for pictures,
-             *     otherwise `hybrid`. With individuals to start from: `hybrid`, or `gp` if no other strategy
-             *     can start from them.
+             * @description Search strategy: `auto`, `lobes`, `analytic`, `gp` or `hybrid`. `auto`, the default, is
+             *     `analytic` for pictures and otherwise `hybrid`; with individuals to start from `hybrid`, or
+             *     `gp` if no other strategy can start from them.
              */
             strategy?: string | null;
             /** @description Id of the target to match. */
@@ -2046,7 +2046,7 @@ export interface components {
             seed: components["schemas"]["Seed"];
             /** @description Individuals that the search starts from. */
             start: components["schemas"]["IndividualId"][];
-            /** @description Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. */
+            /** @description Search strategy: `lobes`, `analytic`, `gp` or `hybrid`; never `auto`. */
             strategy: string;
             /**
              * Format: double

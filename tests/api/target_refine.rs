@@ -39,10 +39,12 @@ async fn search_corrects_the_light_of_a_picture() {
     let corrected = format!("{path}/views/0/scene.png?corrected=true");
     let problem = server.get(&corrected).await.problem(404);
     assert!(text_of(&problem["detail"]).contains("no search"), "{problem}");
-    let body = json!({"kind": "fit", "target": target["id"], "threads": 1, "generations": 2});
+    let body = json!({
+        "kind": "fit", "target": target["id"], "threads": 1, "generations": 2, "strategy": "auto",
+    });
     let job = text_of(&server.post("/v1/jobs", &body).await.expect(202).json()["id"]);
     let ended = server.job_once(&job, |job| job["ended_ms"].is_i64()).await;
-    assert_eq!(ended["state"], "succeeded", "{ended}");
+    assert_eq!((&ended["state"], &ended["strategy"]), (&json!("succeeded"), &json!("analytic")));
     let view = server.get(&path).await.expect(200).json()["views"][0].clone();
     assert_eq!(view["scene"]["lights"], target["views"][0]["scene"]["lights"]);
     let place = &view["corrected"]["scene"]["lights"][0]["position"];

@@ -35,6 +35,10 @@ use report::Report;
 const SECONDS: f64 = 10.0;
 const LEAST_SECONDS: f64 = 0.01;
 
+/// Strategy, or `None` for `auto`. An alias, because clap takes an `Option` as an argument that may
+/// be absent.
+type StrategyChoice = Option<Strategy>;
+
 /// Options of `brood fit`.
 #[derive(Debug, Args)]
 pub struct FitArgs {
@@ -42,10 +46,10 @@ pub struct FitArgs {
     /// `.brdf`, an image slice as `.exr`; with --scene a picture of that scene as `.exr`, `.hdr`,
     /// `.png` or `.jpg`; several pictures as `.json`
     pub target: PathBuf,
-    /// Search strategy: lobes, analytic, gp or hybrid; by default analytic for pictures and hybrid
-    /// for measurements
-    #[arg(long, value_name = "S", value_parser = str::parse::<Strategy>)]
-    pub strategy: Option<Strategy>,
+    /// Search strategy: lobes, analytic, gp or hybrid; auto is analytic for pictures and hybrid for
+    /// measurements
+    #[arg(long, value_name = "S", default_value = "auto", value_parser = Strategy::choice)]
+    pub strategy: StrategyChoice,
     /// Time budget in seconds; 10 if no budget is given
     #[arg(long, value_name = "N", conflicts_with = "generations")]
     pub seconds: Option<f64>,

@@ -18,9 +18,9 @@ pub struct CreateSearch {
     pub target: TargetId,
     /// Display name, 1 to 200 characters. Default: the name of the target.
     pub name: Option<String>,
-    /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`. Default: `analytic` for pictures,
-    /// otherwise `hybrid`. With individuals to start from: `hybrid`, or `gp` if no other strategy
-    /// can start from them.
+    /// Search strategy: `auto`, `lobes`, `analytic`, `gp` or `hybrid`. `auto`, the default, is
+    /// `analytic` for pictures and otherwise `hybrid`; with individuals to start from `hybrid`, or
+    /// `gp` if no other strategy can start from them.
     pub strategy: Option<String>,
     /// Seed of the search. Default: 1.
     pub seed: Option<Seed>,
@@ -139,7 +139,7 @@ pub struct FoundView {
 pub struct SearchOptions {
     /// Display name.
     pub name: String,
-    /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`.
+    /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`; never `auto`.
     pub strategy: String,
     /// Seed of the search.
     pub seed: Seed,

@@ -119,6 +119,25 @@ fn clip_from_is_part_of_the_bundle_and_older_bundles_clip_at_255() {
 }
 
 #[test]
+fn uncertainties_are_part_of_the_bundle_and_exact_bundles_stay_as_they_were() {
+    let refine = Refine { light_deg: 2.0, fov: 0.01, ..Refine::default() };
+    let mut rough = bundle();
+    rough.views[1].refine = refine;
+    let bytes = rough.encode().unwrap();
+    assert!(bytes.starts_with(b"brood pictures/4\n"));
+    let again = PictureBundle::decode(&bytes).unwrap();
+    assert_eq!([0, 1].map(|k| again.views[k].refine), [Refine::default(), refine]);
+    assert_eq!(again.encode().unwrap(), bytes);
+    let (pictures, _) = again.target().unwrap();
+    assert_eq!(pictures.views[1].setting.refine, refine);
+    assert!(bundle().encode().unwrap().starts_with(b"brood pictures/2\n"));
+    // Out of range.
+    rough.views[1].refine.light_deg = 90.0;
+    let refused = PictureBundle::decode(&rough.encode().unwrap()).unwrap_err().to_string();
+    assert!(refused.contains("/light_deg"), "{refused}");
+}
+
+#[test]
 fn crops_are_part_of_the_bundle_and_cut_picture_and_mask() {
     let area = PixelArea { x: 5, y: 3, width: 30, height: 34 };
     let scene: Scene = serde_json::from_str(r#"{"camera": {"distance": 3.9}}"#).unwrap();

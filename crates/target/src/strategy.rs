@@ -31,6 +31,15 @@ impl Strategy {
         if is_picture { Self::Analytic } else { Self::Hybrid }
     }
 
+    /// Reads the choice of a strategy; `None` for `auto`, which leaves it to
+    /// [`Strategy::of_target`].
+    ///
+    /// # Errors
+    /// Returns [`UnknownStrategy`] for other names.
+    pub fn choice(text: &str) -> Result<Option<Self>, UnknownStrategy> {
+        if text == "auto" { Ok(None) } else { text.parse().map(Some) }
+    }
+
     /// Dialect of genomes that searches create from scratch, so that they can be bred further. Fits
     /// of lobes are shorter and can be padded to this length.
     pub const DIALECT: Dialect = Dialect {
@@ -51,7 +60,7 @@ impl fmt::Display for Strategy {
 
 /// Error for a name that no strategy has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("unknown strategy; use one of {}", Strategy::ALL.map(Strategy::name).join(", "))]
+#[error("unknown strategy; use auto or one of {}", Strategy::ALL.map(Strategy::name).join(", "))]
 pub struct UnknownStrategy;
 
 impl FromStr for Strategy {

@@ -47,8 +47,8 @@ def start_search(
         seconds: Budget of time, above 0 and at most 604,800 seconds.
         generations: Budget of generations; the result is the same on every machine.
         evaluations: Budget of evaluated candidates.
-        strategy: `lobes`, `analytic`, `gp` or `hybrid`; by default `analytic` for pictures and
-            `hybrid` for measurements.
+        strategy: `auto`, `lobes`, `analytic`, `gp` or `hybrid`; `auto`, the default, is
+            `analytic` for pictures and `hybrid` for measurements.
         seed: Seed, 0 to 2^64 - 1; by default 1.
         threads: Number of threads, 1 to 256; by default all of the worker.
         target_error: E_log on the validation samples at which the search ends early.

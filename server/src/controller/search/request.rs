@@ -29,7 +29,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         return Err(refuse("/kind", words));
     }
     let budget = budget(&asked)?;
-    let requested = asked.strategy.as_deref().map(strategy).transpose()?;
+    let requested = strategy(asked.strategy.as_deref().unwrap_or("auto"))?;
     let threads = match asked.threads {
         Some(threads) if !(1..=limit::SEARCH_THREADS).contains(&threads) => {
             let words = format!("`threads` must be 1 to {}", limit::SEARCH_THREADS);
@@ -145,8 +145,8 @@ fn budget(asked: &CreateSearch) -> Result<Budget, ApiError> {
     }
 }
 
-fn strategy(name: &str) -> Result<Strategy, ApiError> {
-    let known = name.parse::<Strategy>();
+fn strategy(name: &str) -> Result<Option<Strategy>, ApiError> {
+    let known = Strategy::choice(name);
     known.map_err(|error| ApiError::refused(error.to_string()).at("/strategy"))
 }
 
