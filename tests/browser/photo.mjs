@@ -195,7 +195,10 @@ export async function photo(app, step, shot, base) {
     assert.ok(angle(target.views[0].scene.lights[0].direction, light) < 5);
   });
 
-  await step("searches for the material of a photograph", async () => {
+  await step("searches for the material of a photograph, and corrects its scene", async () => {
+    await app.id("view-0-refine").selectOption("nearly");
+    const stated = await understood(app);
+    assert.equal(stated.views[0].refine.light_deg, 2);
     await app.id("search-strategy").selectOption("analytic");
     await page.getByRole("radio", { name: "evaluations" }).check();
     await app.id("search-budget").fill("300");
@@ -206,6 +209,13 @@ export async function photo(app, step, shot, base) {
     const [, rmse, flip] = await row.getByRole("cell").allInnerTexts();
     console.log(`a fit with RMSE ${rmse}, FLIP ${flip}`);
     assert.ok(Number(flip) < 0.2, `FLIP ${flip}`);
+    await app.id("found-corrections").getByText("light 1 to the right").waitFor();
+    const [view] = (await app.api(`/v1/targets/${stated.id}`)).views;
+    // A ball shows only the angle between light and camera.
+    const between = ({ lights, camera }) => angle(lights[0].direction, camera.eye);
+    const off = [view, view.corrected].map(({ scene }) => Math.abs(between(scene) - between(TRUTH)));
+    console.log(`light off by ${off.map((each) => each.toFixed(2)).join(" degrees, then ")} degrees`);
+    assert.ok(off[1] < 5, `light off by ${off}`);
     await shot("74-photo-found");
   });
 
