@@ -395,6 +395,16 @@ export function share(part, whole) {
 export const nameOfView = (views, at) =>
   `${views.length > 1 ? `picture ${at + 1}` : "the picture"}${views[at]?.held_out ? ", held out" : ""}`;
 
+/** Stated standard deviations above which a correction is doubtful. */
+const FAR = 2;
+
+/**
+ * True if a correction is so large that the scene as stated is probably wrong in something else.
+ * @param {{name: string, value: number, stated_deviation: number}} of
+ */
+export const isDoubtful = ({ name, value, stated_deviation }) =>
+  Math.abs(name.endsWith("_deg") ? value : Math.log(value)) > FAR * stated_deviation;
+
 /** Words for the numbers of a scene that a search corrects. @type {Record<string, string>} */
 const CORRECTIONS = {
   right_deg: "to the right, degrees",

@@ -2,8 +2,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import {
-  PIXEL_STATUSES, UNCERTAINTIES, buildUpload, correctionInWords, isPicture, nameOfView, newPicture, pixelStatuses,
-  pointedView, uncertaintyOf,
+  PIXEL_STATUSES, UNCERTAINTIES, buildUpload, correctionInWords, isDoubtful, isPicture, nameOfView, newPicture,
+  pixelStatuses, pointedView, uncertaintyOf,
   readScene, share, stem,
 } from "../search/views.js";
 
@@ -214,4 +214,7 @@ test("uncertainties of a scene are sent, copied to the next picture and named", 
   assert.equal(correctionInWords("lights/1/up_deg"), "light 2 upwards, degrees");
   assert.equal(correctionInWords("camera/fov"), "camera field of view, factor");
   assert.equal(correctionInWords("gain/red"), "brightness of red, factor");
+  const doubtful = (name, value) => isDoubtful({ name, value, stated_deviation: 0.1 });
+  assert.ok(doubtful("camera/roll_deg", -0.3) && !doubtful("camera/roll_deg", 0.1));
+  assert.ok(doubtful("camera/distance", 0.7) && !doubtful("camera/distance", 1.1));
 });

@@ -98,6 +98,7 @@ fn light_and_camera_of_a_picture_are_found() {
     assert!(green.deviation > 0.5 * green.stated_deviation, "{green:?}");
     for one in &found.corrections {
         assert!(one.deviation > 0.0 && one.deviation <= one.stated_deviation, "{one:?}");
+        assert!(one.moved() < 1.5, "{one:?}");
         // The held-out picture has the same light and camera.
         assert_eq!(one.pictures, [0, 1], "{one:?}");
     }

@@ -10,7 +10,7 @@ import { breedFound, openLineageOf, showFound } from "../../search/job.js";
 import { findPicture, lookAt, targetPicture } from "../../search/picture.js";
 import { closeSearches } from "../../search/searches.js";
 import { searchStore } from "../../search/store.js";
-import { correctionInWords, nameOfView } from "../../search/views.js";
+import { correctionInWords, isDoubtful, nameOfView } from "../../search/views.js";
 import { errorInWords, hasEnded } from "../../search/words.js";
 import { Pair } from "../compare/pair.js";
 import { Fact, Slider } from "../control.js";
@@ -130,6 +130,7 @@ function Corrections() {
         ${found.map((one) => html`<tr key=${one.name}><td>${correctionInWords(one.name)}</td><td>${number(one.value)}</td><td>${number(one.deviation)}</td><td>${number(one.stated_deviation)}</td></tr>`)}
       </tbody>
     </table>
+    ${found.some(isDoubtful) && html`<p class="small warning" data-testid="found-doubtful">A correction is above twice the stated deviation. Is the scene right: units, camera, which light?</p>`}
   `;
 }
 

@@ -30,6 +30,8 @@ use crate::light_file;
 
 const PICTURE_BYTES: u64 = 256 << 20;
 const JSON_BYTES: u64 = 4 << 20;
+/// Stated standard deviations above which a correction is doubtful.
+const FAR: f64 = 2.0;
 
 /// JSON file of several pictures.
 #[derive(Debug, Deserialize)]
@@ -341,6 +343,7 @@ pub fn corrections(all: &[Corrected]) -> Value {
         json!({
             "name": one.name, "pictures": one.pictures, "value": one.value,
             "stated_deviation": one.stated_deviation, "deviation": one.deviation,
+            "moved": one.moved(),
         })
     };
     all.iter().map(one).collect()
@@ -350,8 +353,14 @@ pub fn corrections(all: &[Corrected]) -> Value {
 pub fn corrections_text(all: &[Corrected]) -> String {
     let line = |one: &Corrected| {
         let pictures: Vec<String> = one.pictures.iter().map(|k| (k + 1).to_string()).collect();
+        let moved = one.moved();
+        let warning = if moved > FAR {
+            format!("; {moved:.1} of these from what was stated: is the scene right?")
+        } else {
+            String::new()
+        };
         format!(
-            "picture {}: {} {:.4}, standard deviation {:.4} (stated {:.4})\n",
+            "picture {}: {} {:.4}, standard deviation {:.4} (stated {:.4}{warning})\n",
             pictures.join(", "),
             one.name,
             one.value,

@@ -58,6 +58,16 @@ pub struct Corrected {
     pub deviation: f64,
 }
 
+impl Corrected {
+    /// Difference from what was stated, in its standard deviations. Above 2, the scene as stated is
+    /// probably wrong in something else.
+    #[must_use]
+    pub fn moved(&self) -> f64 {
+        let change = if self.name.ends_with("_deg") { self.value } else { libm::log(self.value) };
+        (change / self.stated_deviation).abs()
+    }
+}
+
 impl Part {
     fn is_angle(self) -> bool {
         match self {
