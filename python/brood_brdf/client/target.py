@@ -129,19 +129,18 @@ def target_picture(
     return Call("GET", path, read_bytes, query=query)
 
 
-def target_view(
-    target: Ref, view: int = 0, layer: str = "pixels", *, corrected: bool | None = None
-) -> Call[bytes]:
+def target_view(target: Ref, view: int = 0, layer: str = "pixels") -> Call[bytes]:
     """Returns how an image was read, as PNG.
 
     Args:
         target: The target.
         view: Index of the image, from 0.
-        layer: `picture`; `mask`; `scene`, the scene in grey; or `pixels`, coloured by use.
-        corrected: True for the scene as corrected by a search; only for the layer `scene`.
+        layer: `picture`; `mask`; `scene`, the scene in grey; `corrected`, the same as corrected by
+            a search; or `pixels`, coloured by use.
     """
-    path = path_of("targets", id_of(target), "views", str(view), f"{layer}.png")
-    return Call("GET", path, read_bytes, query=given(corrected=corrected))
+    name, query = ("scene", {"corrected": "true"}) if layer == "corrected" else (layer, {})
+    path = path_of("targets", id_of(target), "views", str(view), f"{name}.png")
+    return Call("GET", path, read_bytes, query=query)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,6 +34,7 @@ SAMPLES: dict[str, Any] = {
     "locks": {},
     "mask": b"x",
     "painting": {},
+    "refine": {"light_deg": 2.0},
     "views": [{"picture": "a"}],
     "store_scene.scene": {},
     "thumbnail.individual": SimpleNamespace(thumbnail_path="/v1/thumbnails/x.png"),
