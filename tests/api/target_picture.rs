@@ -66,7 +66,7 @@ async fn photographed(server: &TestServer, scene: &Value) -> (String, Vec<u8>) {
 }
 
 /// As [`photographed`], in another size.
-async fn photographed_in(server: &TestServer, scene: &Value, size: &str) -> (String, Vec<u8>) {
+pub async fn photographed_in(server: &TestServer, scene: &Value, size: &str) -> (String, Vec<u8>) {
     let stored = server.post("/v1/scenes", scene).await.expect(201).json();
     let body =
         json!({"name": "studio", "scene": stored["id"], "thumbnail_px": 32, "energy_limit": false});

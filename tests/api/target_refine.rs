@@ -1,7 +1,9 @@
 //! Image targets whose scenes are known roughly: searches correct them within their uncertainties.
 
-use brood_tests::{TestLineage, TestServer, ids, text_of};
+use brood_tests::{TestServer, text_of};
 use serde_json::{Value, json};
+
+use crate::target_picture::photographed_in;
 
 /// Scene with a point light at a position.
 fn scene(position: [f64; 3]) -> Value {
@@ -12,24 +14,12 @@ fn scene(position: [f64; 3]) -> Value {
     })
 }
 
-/// Picture of a plastic cube in a scene, 64 x 64.
-async fn photographed(server: &TestServer, scene: &Value) -> Vec<u8> {
-    let stored = server.post("/v1/scenes", scene).await.expect(201).json();
-    let body =
-        json!({"name": "studio", "scene": stored["id"], "thumbnail_px": 32, "energy_limit": false});
-    let lineage = TestLineage::with(server, body).await;
-    let presets = json!({"presets": ["model-plastic"]});
-    let made = server.post(&lineage.path("/adoptions"), &presets).await.expect(201).json();
-    let path = format!("/v1/individuals/{}/render.exr?size=64", ids(&made)[0]);
-    server.get(&path).await.expect(200).body
-}
-
 #[tokio::test(flavor = "multi_thread")]
 async fn search_corrects_the_light_of_a_picture() {
     let server = TestServer::start();
     // The light is turned by about 3 degrees.
     let (stated, taken) = (scene([3.0, 3.5, 2.5]), scene([3.1, 3.5, 2.25]));
-    let picture = photographed(&server, &taken).await;
+    let (_, picture) = photographed_in(&server, &taken, "64").await;
     let refine = json!({"light_deg": 3});
     let spec = json!({"kind": "image", "scene": stated, "refine": refine});
     let target = server.post_target(&spec, &picture).await.expect(201).json();
@@ -71,7 +61,7 @@ async fn search_corrects_the_light_of_a_picture() {
 #[tokio::test(flavor = "multi_thread")]
 async fn uncertainties_out_of_range_are_refused() {
     let server = TestServer::start();
-    let picture = photographed(&server, &scene([3.0, 3.5, 2.5])).await;
+    let (_, picture) = photographed_in(&server, &scene([3.0, 3.5, 2.5]), "64").await;
     for (pointer, words, spec) in [
         ("/refine/light_deg", "0 to 15 degrees", json!({"refine": {"light_deg": 20}})),
         ("/refine/fov", "0 to 0.5", json!({"refine": {"fov": -1}})),

@@ -6,8 +6,8 @@
 //! pixels, the outline included, by the Levenberg-Marquardt method. docs/maths/fit.md explains the
 //! design.
 //!
-//! `unknown` has the unknowns and the scenes that they give, `shot` pictures of these scenes,
-//! `joint` the least-squares problem. This file has the order of fits.
+//! `unknown` has the unknowns and the scenes that they give, `shot` the pictures of these scenes,
+//! `joint` the least-squares problem. This file has the order of the fits.
 
 mod joint;
 mod shot;
@@ -66,7 +66,8 @@ pub fn calibrate(pictures: Pictures, target: MeasuredTarget) -> Result<Calibrate
         let mut starts: Vec<(Space, Vec<f64>)> = best.iter().map(Fit::start).collect();
         starts.extend(models(&samples, round));
         let fits = starts.into_iter().map(|(space, x)| joint.fit(space, x));
-        let found = fits.min_by(|a, b| a.score.total_cmp(&b.score)).expect("some model is fitted");
+        // No model has a finite error on the samples: the scenes stay as they are.
+        let Some(found) = fits.min_by(|a, b| a.score.total_cmp(&b.score)) else { break };
         let moved = z.iter().zip(found.unknowns()).map(|(a, b)| (a - b).abs());
         let is_still = moved.fold(0.0, f64::max) < STILL;
         best = Some(found);
@@ -76,7 +77,11 @@ pub fn calibrate(pictures: Pictures, target: MeasuredTarget) -> Result<Calibrate
         let z = best.as_ref().expect("a fit has just been kept").unknowns();
         samples = gathered(&pictures.views, &unknowns, z)?.1.fitted;
     }
-    let best = best.expect("there is at least one round");
+    let Some(best) = best else {
+        let z = unknowns.stated();
+        let (pictures, target) = gathered(&pictures.views, &unknowns, &z)?;
+        return Ok(Calibrated { pictures, target, corrections: Vec::new() });
+    };
     let corrections = unknowns.corrected(best.unknowns(), &best.deviations);
     let (pictures, target) = gathered(&pictures.views, &unknowns, best.unknowns())?;
     Ok(Calibrated { pictures, target, corrections })

@@ -1,4 +1,4 @@
-//! Least squares of a model's parameters and the scenes' unknowns together.
+//! Least squares of a model's parameters and the scenes' unknowns problem.
 
 use std::sync::Arc;
 
@@ -24,9 +24,12 @@ const RULES: Rules = Rules {
 /// Number of times that the weights of residuals and of the prior are set, and of steps with each.
 const ROUNDS: usize = 3;
 const STEPS: usize = 5;
-/// Residual above which the loss is linear (dust, interreflections, pixels off by one): at first,
-/// and later as a multiple of the median residual, but at least the last number.
-const LARGE: (f64, f64, f64) = (0.1, 2.0, 2e-3);
+/// Residual above which the loss is linear (dust, interreflections, pixels off by one), in the
+/// first steps and in the score.
+const LARGE: f64 = 0.1;
+/// Later steps use this multiple of the median residual, at least the second number.
+const LARGE_MEDIANS: f64 = 2.0;
+const LARGE_LEAST: f64 = 2e-3;
 /// Least ln(1 + radiance / irradiance) of pixels that the median is taken of.
 const LIT: f64 = 1e-3;
 /// Number of pictures of each photograph that are kept: the first, the best and the last.
@@ -76,8 +79,8 @@ impl Fit {
 /// Pictures of all photographs for values of the unknowns.
 type Shots = (Vec<f64>, Arc<Vec<Shot>>);
 
-/// The problem of one model.
-struct Together<'a> {
+/// The least-squares problem of one model.
+struct JointProblem<'a> {
     joint: &'a Joint<'a>,
     space: &'a Space,
     workspace: Workspace,
@@ -122,7 +125,7 @@ impl<'a> Joint<'a> {
     /// Fits a model from these parameters and the first values of the unknowns.
     pub(super) fn fit(&self, space: Space, mut x: Vec<f64>) -> Fit {
         x.extend_from_slice(&self.first.0);
-        let mut together = Together {
+        let mut problem = JointProblem {
             joint: self,
             space: &space,
             workspace: Workspace::new(),
@@ -131,18 +134,18 @@ impl<'a> Joint<'a> {
             prior: 0.0,
         };
         let mut solution = Solution::new(x);
-        together.weigh(&solution.point, LARGE.0);
+        problem.weigh(&solution.point, LARGE);
         for _ in 0..ROUNDS {
-            solution.start(&mut together);
-            solution.minimise(&mut together, &RULES, STEPS);
-            let large = together.large(&solution.point);
+            solution.start(&mut problem);
+            solution.minimise(&mut problem, &RULES, STEPS);
+            let large = problem.large(&solution.point);
             // The prior's last weights are those of the error that remains, so that exact pictures
             // give exact scenes.
-            let loss = together.weigh(&solution.point, large);
-            together.prior = loss / INDEPENDENT;
+            let loss = problem.weigh(&solution.point, large);
+            problem.prior = loss / INDEPENDENT;
         }
-        let loss = together.weigh(&solution.point, LARGE.0);
-        let equations = together.normal_equations(&mut solution);
+        let loss = problem.weigh(&solution.point, LARGE);
+        let equations = problem.normal_equations(&mut solution);
         let scale = INDEPENDENT / ((loss + self.equal) * self.total);
         let hessian: Vec<f64> = equations.matrix.iter().map(|value| scale * value).collect();
         let count = solution.point.len();
@@ -167,7 +170,7 @@ impl<'a> Joint<'a> {
     }
 }
 
-impl Together<'_> {
+impl JointProblem<'_> {
     /// Residuals of the photographs without weights.
     fn unweighted(&mut self, point: &[f64]) -> Vec<f64> {
         self.weights.clear();
@@ -177,7 +180,7 @@ impl Together<'_> {
         residuals
     }
 
-    /// Size of large residuals at a point.
+    /// Residual above which the loss is linear, from the residuals at a point.
     fn large(&mut self, point: &[f64]) -> f64 {
         let wanted = self.joint.photographs.iter().flat_map(Photograph::wanted);
         let residuals = self.unweighted(point).into_iter().zip(wanted);
@@ -185,7 +188,7 @@ impl Together<'_> {
         let mut sizes: Vec<f64> = lit.map(|(off, _)| off.abs()).collect();
         sizes.sort_by(f64::total_cmp);
         let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
-        (LARGE.1 * median).clamp(LARGE.2, LARGE.0)
+        (LARGE_MEDIANS * median).clamp(LARGE_LEAST, LARGE)
     }
 
     /// Sets the weights from the residuals at a point; returns the mean loss there.
@@ -276,7 +279,7 @@ impl Together<'_> {
     }
 }
 
-impl Problem for Together<'_> {
+impl Problem for JointProblem<'_> {
     type Point = Vec<f64>;
 
     fn error(&mut self, point: &Vec<f64>) -> f64 {
