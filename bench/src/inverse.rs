@@ -8,7 +8,7 @@ use brood_eval::{LinearPicture, RadianceImage, shade_brdf};
 use brood_genome::{Model, ModelKind};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
-use brood_scene::{ClipFrom, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{ClipFrom, PixelArea, Raster, Refine, SampleSet, Sampling, Scene};
 use brood_search::analytic::{Form, Recovery};
 use brood_target::{ImageView, Samples, View};
 use clap::Args;
@@ -140,6 +140,7 @@ fn material(
         mask: None,
         is_gain_unknown: false,
         clip_from: ClipFrom::Auto,
+        refine: Refine::default(),
     };
     let (view, samples): (ImageView, Samples) = ImageView::new(&view)?;
     let form = Form::of(truth);

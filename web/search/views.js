@@ -366,9 +366,9 @@ export const PIXEL_STATUSES = [
   },
   {
     status: "several_lights",
-    name: "lit by several",
+    name: "lit from several directions",
     color: "#00acc1",
-    words: "Several lights reach the pixel and cannot be separated",
+    words: "Several lights, a large light or an environment reach the pixel: models are fitted to it",
   },
   { status: "unlit", name: "unlit", color: "#6d4c41", words: "No light reaches the pixel" },
 ];

@@ -22,7 +22,7 @@ use crate::error::RenderError;
 use crate::renderer::Renderer;
 use crate::scene_view::{LoadedMesh, SceneView};
 use crate::target_cache::LoadedTarget;
-use crate::view_comparison::shot;
+use crate::view_comparison::taken;
 
 /// Subject with its programs unpacked, and its target if it has one.
 pub(crate) struct LoadedSubject {
@@ -247,7 +247,7 @@ fn draw_view(known: &KnownView, aspect: Aspect) -> Result<EncodedPicture, Render
     Ok(match aspect {
         Aspect::Picture => EncodedPicture::png(&known.shown()),
         Aspect::Scene => {
-            let picture = shot(known).take_on(known.view.set(), &*grey());
+            let picture = taken(known, &*grey());
             EncodedPicture::of_material(PictureFormat::Png, &picture)?
         }
         Aspect::Corrected => unreachable!("drawn in the scene of the frame"),
@@ -288,7 +288,6 @@ fn color(status: PixelStatus) -> [u8; 3] {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
 
     use brood_genome::{BirthKey, Dialect, Variation};
     use brood_inspect::Specimen;
@@ -405,7 +404,7 @@ mod tests {
             picture,
             mask: Some(brood_eval::encode_png(40, 40, &half)),
         };
-        let bundle = PictureBundle { views: vec![view], profiles: BTreeMap::default() };
+        let bundle = PictureBundle { views: vec![view], ..PictureBundle::default() };
         let targets = [
             ("merl", None, LoadedTarget::Measured(plastic())),
             ("image", Some(0), LoadedTarget::Pictures(bundle, LightAssets::default())),

@@ -1,7 +1,7 @@
 //! Comparison of a material with an image of a known scene: both as linear images at one exposure,
 //! with their differences.
 
-use brood_inspect::{LinearImage, Shade, Shot};
+use brood_inspect::{LinearImage, Picture, Shade, Shot};
 use brood_scene::PictureSize;
 use brood_target::{ImageError, KnownView};
 
@@ -26,7 +26,7 @@ impl ViewComparison {
     #[must_use]
     pub fn of(known: &KnownView, material: &(impl Shade + ?Sized)) -> Self {
         let (view, PictureSize { width, height }) = (&known.view, known.size_px());
-        let taken = shot(known).take_on(view.set(), material);
+        let taken = taken(known, material);
         let error = view.compare(&taken.radiance);
         let exposure_ev = taken.developed.exposure_ev;
         let gain_ev = if error.gain > 0.0 { libm::log2(error.gain) } else { 0.0 };
@@ -38,8 +38,16 @@ impl ViewComparison {
     }
 }
 
+/// Renders a material in the scene of an image.
+pub(crate) fn taken(known: &KnownView, material: &(impl Shade + ?Sized)) -> Picture {
+    match known.view.is_soft() {
+        false => shot(known).take_on(known.view.set(), material),
+        true => shot(known).take_in_bands(material),
+    }
+}
+
 /// Returns the parameters with which a picture was made.
-pub(crate) fn shot(known: &KnownView) -> Shot<'_> {
+fn shot(known: &KnownView) -> Shot<'_> {
     let setting = &known.setting;
     Shot {
         mesh: &setting.mesh,

@@ -43,6 +43,10 @@ def light_of(light):
         }
     if light["kind"] == "ambient":
         return {"type": "constant", "radiance": rgb(light["radiance_w_m2_sr"])}
+    if light["kind"] == "environment":
+        # The middle of the picture is -z in brood and +z in Mitsuba.
+        turn = mitsuba.ScalarTransform4f().rotate([0, 1, 0], light["rotation_deg"] - 180)
+        return {"type": "envmap", "filename": light["image"], "to_world": turn}
     return {"type": "point", "position": light["position"], "intensity": rgb(light["intensity"])}
 
 
@@ -79,7 +83,7 @@ def scene_of(case):
     scene = case["scene"]
     (light,) = scene["lights"]
     # Only sampling a light that is a delta finds it.
-    delta = light["kind"] != "ambient"
+    delta = light["kind"] not in ("ambient", "environment")
     integrator = {
         "type": "direct", "hide_emitters": True,
         "emitter_samples": 1, "bsdf_samples": 0 if delta else 1,

@@ -24,10 +24,12 @@ BRIGHT_SHARE = 0.995
 BRIGHT_CODE = 0.9
 
 
-def render(photograph, scene, seed):
+def render(photograph, scene, samples, seed):
+    folder = pathlib.Path(photograph["folder"])
+    lights = [light | ({"image": str(folder / light["image"])} if "image" in light else {}) for light in scene["lights"]]
     case = {
-        "scene": scene, "mesh": photograph["mesh"], "bsdf": photograph["bsdf"], "others": [],
-        "size_px": photograph["size_px"], "samples": photograph["samples"], "sampler": "multijitter",
+        "scene": scene | {"lights": lights}, "mesh": photograph["mesh"], "bsdf": photograph["bsdf"], "others": [],
+        "size_px": photograph["size_px"], "samples": samples, "sampler": "multijitter",
     }
     return numpy.array(mitsuba.render(scene_of(case), spp=case["samples"], seed=seed))
 
@@ -52,7 +54,7 @@ def write(path, picture):
 def take(photograph, index, picture):
     """One picture: renders the scene as it was, and returns the view that the target states."""
     folder = pathlib.Path(photograph["folder"])
-    linear = render(photograph, picture["taken"], 1 + index)
+    linear = render(photograph, picture["taken"], photograph["samples"], 1 + index)
     stated = dict(picture["stated"])
     if picture["noise"] is None:
         file = f"picture-{index + 1}.exr"
@@ -79,7 +81,8 @@ def make(photographs):
         views = [take(photograph, index, picture) for index, picture in enumerate(photograph["pictures"])]
         (folder / "target.json").write_text(json.dumps({"views": views}))
         for index, scene in enumerate(photograph["tests"]):
-            write(folder / f"test-{index + 1}.exr", render(photograph, scene, 101 + index).astype(numpy.float32))
+            test = render(photograph, scene, photograph["test_samples"], 101 + index)
+            write(folder / f"test-{index + 1}.exr", test.astype(numpy.float32))
             (folder / f"test-{index + 1}.json").write_text(json.dumps(scene))
         print(photograph["name"], file=sys.stderr)
     return {"photographs": len(photographs), "mitsuba": mitsuba.__version__}

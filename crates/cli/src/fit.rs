@@ -21,7 +21,7 @@ use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
 use brood_scene::{ClipFrom, Exposure, PixelArea, Refine};
 use brood_search::{Found, Options, Outcome, Progress, Search};
-use brood_target::{MeasuredTarget, Strategy};
+use brood_target::{MeasuredTarget, PixelCounts, Strategy};
 use brood_worker::Renderer;
 use clap::Args;
 
@@ -113,6 +113,10 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     // Loaded before the search, so that a bad scene fails at once.
     let mut images = image::read(args, &renderer)?;
     let strategy = args.strategy.unwrap_or(Strategy::of_target(images.is_some()));
+    if let Some(images) = &images {
+        let PixelCounts { used, several_lights, .. } = images.counts();
+        strategy.check_pixels(used, several_lights)?;
+    }
     let is_analytic = strategy == Strategy::Analytic;
     ensure!(args.models.is_empty() || is_analytic, "--models needs --strategy analytic");
     let measured = match &images {

@@ -6,14 +6,19 @@ use std::convert::Infallible;
 
 use brood_brdf::Brdf;
 use brood_eval::{
-    Developed, Gain, LitBackdrop, RadianceImage, Refinement, RoughTile, develop_samples,
+    Developed, Gain, LitBackdrop, RadianceImage, Refinement, RoughTile, develop, develop_samples,
     model_reflectance, refine_radiance, rough_tiles, shade,
 };
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{Exposure, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{
+    Exposure, LobeShape, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene,
+};
 
 use crate::{LinearImage, Specimen};
+
+/// Number of rows of a band.
+const BAND: u32 = 16;
 
 /// A material that can be evaluated on a sample set.
 pub trait Shade {
@@ -111,6 +116,40 @@ impl Shot<'_> {
         let view = (self.scene, self.mesh, self.assets);
         let backdrop = LitBackdrop::new(view, self.size_px, PixelArea::whole(self.size_px));
         Picture { developed: backdrop.behind(developed), radiance, samples }
+    }
+
+    /// Renders a material in bands, for scenes with many samples of light per pixel. Without shadows
+    /// the light of environments has no noise. Rough pixels are not resampled.
+    pub fn take_in_bands(&self, material: &(impl Shade + ?Sized)) -> Picture {
+        let PictureSize { width, height } = self.size_px;
+        let (mut bands, mut f, mut samples) = (Vec::new(), Vec::new(), 0);
+        for y in (0..height).step_by(BAND as usize) {
+            let set = self.band(PixelArea { x: 0, y, width, height: BAND.min(height - y) });
+            material.shade(&set, &mut f);
+            samples += set.len();
+            bands.push(shade(&set, &f));
+        }
+        let radiance = RadianceImage::of_bands(&bands);
+        let developed = develop(&radiance, self.scene.film);
+        let view = (self.scene, self.mesh, self.assets);
+        let backdrop = LitBackdrop::new(view, self.size_px, PixelArea::whole(self.size_px));
+        Picture { developed: backdrop.behind(developed), radiance, samples }
+    }
+
+    /// Returns the samples of a part of the picture; environments as directions of mean radiance
+    /// where that is possible.
+    fn band(&self, area: PixelArea) -> SampleSet {
+        let Self { mesh, scene, assets, size_px, sampling } = *self;
+        if !scene.is_prefilterable() {
+            return self.samples(sampling, area);
+        }
+        SampleSet::render_direct(
+            mesh,
+            scene,
+            assets,
+            Raster { size_px, sampling, area },
+            LobeShape::Any,
+        )
     }
 
     /// Returns the linear picture of a material on a set from [`Shot::set`].

@@ -235,7 +235,8 @@ pub struct TargetPixels {
     pub unlit: u64,
     /// At the edge of a shadow.
     pub half_lit: u64,
-    /// Lit by several lights, whose contributions cannot be separated.
+    /// Lit from several directions: by several lights, a light with an area or an environment.
+    /// Models are fitted to them (strategy `analytic`).
     pub several_lights: u64,
     /// Grazing: the cosine of the light or view direction is below 0.01.
     pub grazing: u64,

@@ -39,8 +39,8 @@ pub use prefiltered::{
 };
 pub use refine::Refine;
 pub use sample_set::{
-    ImageLayout, LeavingRay, LitAngles, PictureSize, PictureSizeError, PixelArea, PixelAreaError,
-    PixelRays, PixelRun, PixelSpan, Raster, RayEnd, RayEnds, SampleCounts, SampleSet, Sampling,
-    SamplingError, Seen, Toggles, WayOut, above_horizon,
+    ImageLayout, LeavingRay, LightTerms, LitAngles, PictureSize, PictureSizeError, PixelArea,
+    PixelAreaError, PixelRays, PixelRun, PixelSpan, PixelTerms, Raster, RayEnd, RayEnds,
+    SampleCounts, SampleSet, Sampling, SamplingError, Seen, Toggles, WayOut, above_horizon,
 };
 pub use stage::{Stage, TextureBumps};

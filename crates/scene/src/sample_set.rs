@@ -11,6 +11,9 @@ mod fixed;
 mod frame;
 mod images;
 mod layout;
+mod light_terms;
+#[cfg(test)]
+mod light_terms_tests;
 #[cfg(test)]
 mod light_tests;
 mod lit_angles;
@@ -41,6 +44,7 @@ mod view;
 pub use clear::WayOut;
 pub use frame::above_horizon;
 pub use layout::{ImageLayout, PixelRun, PixelSpan, SampleCounts};
+pub use light_terms::{LightTerms, PixelTerms};
 pub use lit_angles::{LitAngles, Toggles};
 pub use ray_ends::{PixelRays, RayEnd, RayEnds};
 pub use rays::Seen;

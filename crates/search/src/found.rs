@@ -77,8 +77,7 @@ fn limited(program: Program, divisor: f64) -> Program {
     if divisor > 1.0 { program.divided(divisor) } else { program }
 }
 
-/// Weighted values of samples, and of a program at the same pairs.
+/// What was observed, and the same of a program.
 fn pair(program: &Program, samples: &Samples) -> Result<[Vec<[f64; 3]>; 2], EvalError> {
-    let found = Samples::of_program(program, samples.pairs().to_vec())?;
-    Ok([samples.weighted(), found.weighted()])
+    Ok([samples.observed(), samples.observed_of(program)?])
 }

@@ -5,7 +5,7 @@ use brood_eval::{Level, LinearPicture, RadianceImage, decode_srgb, encode_srgb, 
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_program::Program;
-use brood_scene::{ClipFrom, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_scene::{ClipFrom, PictureSize, PixelArea, Raster, Refine, SampleSet, Sampling, Scene};
 use brood_target::{ImageView, MeasuredTarget, Samples, Strategy, View, metric};
 
 use crate::analytic::{Form, Recovery};
@@ -41,7 +41,8 @@ fn view<'a>(
 ) -> View<'a> {
     let sampling = Sampling::Adaptive;
     let (mask, is_gain_unknown, clip_from) = (None, false, ClipFrom::Auto);
-    View { mesh, scene, assets, sampling, picture, mask, is_gain_unknown, clip_from }
+    let refine = Refine::default();
+    View { mesh, scene, assets, sampling, picture, mask, is_gain_unknown, clip_from, refine }
 }
 
 #[test]
@@ -224,4 +225,41 @@ fn conductor_is_recovered_from_a_clipped_picture_with_noise() {
     let after = error(2.0, ClipFrom::Auto);
     // One light hardly tells eta from k: the rest is the prior's, which does not know gold.
     assert!(clean < 0.006 && after < 0.01 && before > 4.0 * after, "{clean} {before} {after}");
+}
+
+/// f cos_i of a model at pairs of all directions.
+fn everywhere(model: &Model) -> Vec<[f64; 3]> {
+    Samples::of(&*model.brdf(), brood_target::draw_pairs(500, 3)).weighted()
+}
+
+#[test]
+fn model_is_found_from_a_picture_in_an_environment_or_under_several_lights() {
+    let model = Model::new(ModelKind::CookTorrance).with("diffuse", &[0.2, 0.1, 0.05]).unwrap();
+    let model = model.with("roughness", &[0.25]).unwrap();
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
+    for (lights, most) in [
+        (r#"{"kind": "environment", "image": "studio", "samples": 1024}"#, 0.01),
+        (
+            r#"{"kind": "point", "position": [3, 3, 3]}, {"kind": "point", "position": [-3, 1, 2]}"#,
+            5e-4,
+        ),
+    ] {
+        let scene = scene(&format!(r#"{{"lights": [{lights}]}}"#));
+        let picture = LinearPicture::from(&rendered(&model, &mesh, &scene, Sampling::Adaptive));
+        let (_, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
+        assert!(samples.means().samples() > 100, "{lights}");
+        let target = MeasuredTarget::of_pixels(&samples).unwrap();
+        let options =
+            Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+        let kinds = vec![ModelKind::Lambert, ModelKind::CookTorrance, ModelKind::Ward];
+        let mut search = Search::with_kinds(&target.fitted, &options, kinds);
+        search.step();
+        let front = search.finish().unwrap().front;
+        let found = crate::Found::of(&front[0], &target).unwrap();
+        let program = Program::lower(&front[0].genome);
+        let pairs = brood_target::draw_pairs(500, 3);
+        let f = Samples::of_program(&program, pairs).unwrap().weighted();
+        let error = metric::e_log(&everywhere(&model), &f);
+        assert!(error < most && found.e_log < most, "{lights}: {error}, {}", found.e_log);
+    }
 }

@@ -1,5 +1,5 @@
 //! File format that bundles pictures of known scenes with everything they need: scenes, meshes,
-//! light profiles, pictures and masks.
+//! light profiles, environments, pictures and masks.
 //!
 //! Owns the encoding (postcard after a version) and its size limits. The server makes a bundle of
 //! an upload and stores it under its hash, so that a target keeps its meaning when meshes and light
@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use brood_eval::decode_environment;
 use brood_light::{IesProfile, LightAssets};
 use brood_mesh::{BuiltinMesh, Mesh};
 use brood_scene::{ClipFrom, MeshRef, PixelArea, Refine, Sampling, Scene};
@@ -18,7 +19,10 @@ use crate::known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 use crate::{MeasuredTarget, Samples};
 
 /// Prefix of every file; the digit is the version.
-const MAGIC: &[u8; 17] = b"brood pictures/4\n";
+const MAGIC: &[u8; 17] = b"brood pictures/5\n";
+/// Prefix of files without [`PictureBundle::environments`]. Bundles without such files are written
+/// so, and keep their hash.
+const MAGIC_BUILTIN: &[u8; 17] = b"brood pictures/4\n";
 /// Prefix of files without [`BundledView::refine`]. Bundles of exact scenes are written so, and
 /// keep their hash.
 const MAGIC_EXACT: &[u8; 17] = b"brood pictures/3\n";
@@ -38,9 +42,10 @@ const VIEWS_MOST: usize = 16;
 pub struct PictureBundle {
     /// Views in their order.
     pub views: Vec<BundledView>,
-    /// Photometric profile files by the names that the scenes use. Targets have no environment
-    /// lights.
+    /// Photometric profile files by the names that the scenes use.
     pub profiles: BTreeMap<String, Vec<u8>>,
+    /// Files of environments by the names that the scenes use.
+    pub environments: BTreeMap<String, Vec<u8>>,
 }
 
 /// A view of a bundle.
@@ -79,7 +84,8 @@ pub enum BundleError {
     Malformed(String),
     /// The file is too large.
     #[error(
-        "pictures, masks, meshes and profiles take {0} bytes; at most {BYTES_MOST} are allowed"
+        "pictures, masks, meshes, profiles and environments take {0} bytes; at most {BYTES_MOST} \
+         are allowed"
     )]
     TooLarge(usize),
     /// No or too many views.
@@ -100,6 +106,9 @@ pub enum BundleError {
     /// A light's profile is invalid.
     #[error("the profile of a light cannot be read: {0}")]
     Profile(String),
+    /// A light's environment is invalid.
+    #[error("the environment of a light cannot be read: {0}")]
+    Environment(String),
     /// Readable, but not usable as a target.
     #[error(transparent)]
     Pictures(#[from] PicturesError),
@@ -199,12 +208,17 @@ impl PictureBundle {
         let settings: Vec<ClipFrom> = self.views.iter().map(|view| view.clip_from).collect();
         let crops: Vec<Option<PixelArea>> = self.views.iter().map(|view| view.crop).collect();
         let is_exact = self.views.iter().all(|view| view.refine.is_exact());
-        let bytes = if !is_exact {
-            let json = |view: &BundledView| {
-                serde_json::to_string(&view.refine).expect("numbers serialise as JSON")
-            };
-            let refine: Vec<String> = self.views.iter().map(json).collect();
-            postcard::to_extend(&(refine, settings, crops, written), MAGIC.to_vec())
+        let json = |view: &BundledView| {
+            serde_json::to_string(&view.refine).expect("numbers serialise as JSON")
+        };
+        let refine = || -> Vec<String> { self.views.iter().map(json).collect() };
+        let environments: Vec<(&str, Octets<'_>)> =
+            self.environments.iter().map(|(name, bytes)| (name.as_str(), Octets(bytes))).collect();
+        let bytes = if !environments.is_empty() {
+            let all = (environments, refine(), settings, crops, written);
+            postcard::to_extend(&all, MAGIC.to_vec())
+        } else if !is_exact {
+            postcard::to_extend(&(refine(), settings, crops, written), MAGIC_BUILTIN.to_vec())
         } else if crops.iter().any(Option::is_some) {
             postcard::to_extend(&(settings, crops, written), MAGIC_EXACT.to_vec())
         } else if settings.iter().all(|setting| *setting == ClipFrom::LARGEST) {
@@ -229,7 +243,7 @@ impl PictureBundle {
             return Err(BundleError::TooLarge(bytes.len()));
         }
         let malformed = |error: String| BundleError::Malformed(error);
-        let Contents { refine, settings, crops, read } = contents(bytes)?;
+        let Contents { environments, refine, settings, crops, read } = contents(bytes)?;
         let counts = [refine.len(), settings.len(), crops.len()];
         if counts != [read.views.len(); 3] {
             let [refine, settings, crops] = counts;
@@ -238,8 +252,9 @@ impl PictureBundle {
             )));
         }
         let meshes: Vec<Arc<Mesh>> = read.meshes.into_iter().map(Arc::new).collect();
-        let profiles = read.profiles.into_iter();
-        let profiles = profiles.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect();
+        let [profiles, environments] = [read.profiles, environments].map(|files| {
+            files.into_iter().map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).collect()
+        });
         let mut views = Vec::with_capacity(read.views.len().min(VIEWS_MOST));
         let settings = settings.into_iter().zip(crops).zip(refine);
         for (index, (view, ((clip_from, crop), refine))) in
@@ -271,7 +286,7 @@ impl PictureBundle {
                 mask: view.mask.map(<[u8]>::to_vec),
             });
         }
-        let bundle = Self { views, profiles };
+        let bundle = Self { views, profiles, environments };
         bundle.check()?;
         Ok(bundle)
     }
@@ -302,13 +317,18 @@ impl PictureBundle {
     /// Parses the assets that the lights refer to.
     ///
     /// # Errors
-    /// Returns [`BundleError::Profile`] if a profile is invalid.
+    /// Returns [`BundleError::Profile`] or [`BundleError::Environment`] if a file is invalid.
     pub fn assets(&self) -> Result<LightAssets, BundleError> {
         let mut assets = LightAssets::default();
         for (name, bytes) in &self.profiles {
             let profile = IesProfile::parse(bytes);
             let profile = profile.map_err(|error| BundleError::Profile(error.to_string()))?;
             assets.insert_profile(name, Arc::new(profile));
+        }
+        for (name, bytes) in &self.environments {
+            let map = decode_environment(bytes);
+            let map = map.map_err(|error| BundleError::Environment(error.to_string()))?;
+            assets.insert_environment(name, Arc::new(map));
         }
         Ok(assets)
     }
@@ -353,6 +373,7 @@ impl BundledView {
 
 /// Contents of a file: one of each setting for a view, and the views.
 struct Contents<'a> {
+    environments: Vec<(&'a str, &'a [u8])>,
     /// JSON of [`BundledView::refine`].
     refine: Vec<String>,
     settings: Vec<ClipFrom>,
@@ -363,8 +384,13 @@ struct Contents<'a> {
 /// Decodes a file of any version.
 fn contents(bytes: &[u8]) -> Result<Contents<'_>, BundleError> {
     if let Some(body) = bytes.strip_prefix(MAGIC) {
+        let (environments, refine, settings, crops, read) = decoded(body)?;
+        return Ok(Contents { environments, refine, settings, crops, read });
+    }
+    let environments = Vec::new();
+    if let Some(body) = bytes.strip_prefix(MAGIC_BUILTIN) {
         let (refine, settings, crops, read) = decoded(body)?;
-        return Ok(Contents { refine, settings, crops, read });
+        return Ok(Contents { environments, refine, settings, crops, read });
     }
     type Whole<'a> = (Vec<ClipFrom>, Read<'a>);
     let (settings, crops, read) = if let Some(body) = bytes.strip_prefix(MAGIC_EXACT) {
@@ -379,7 +405,7 @@ fn contents(bytes: &[u8]) -> Result<Contents<'_>, BundleError> {
         (vec![ClipFrom::LARGEST; count], vec![None; count], read)
     };
     let refine = vec!["{}".to_owned(); read.views.len()];
-    Ok(Contents { refine, settings, crops, read })
+    Ok(Contents { environments, refine, settings, crops, read })
 }
 
 /// Decodes a whole file after its prefix.

@@ -174,9 +174,11 @@ impl TargetFile {
     /// Approximate memory use in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let samples = self.target.fitted.len() + self.target.held.len();
+        let MeasuredTarget { fitted, held, .. } = &self.target;
+        let samples = fitted.len() + held.len();
+        let means = fitted.means().bytes() + held.means().bytes();
         let pictures = self.pictures.as_ref().map_or(0, Pictures::bytes);
-        samples * SAMPLE_BYTES + pictures
+        samples * SAMPLE_BYTES + means + pictures
     }
 }
 

@@ -9,21 +9,25 @@ mod film;
 mod noise;
 mod pixel;
 mod refusal;
+mod soft;
 
 use brood_eval::{LinearPicture, RadianceImage};
-use brood_light::{Light, LightAssets};
+use brood_light::LightAssets;
 use brood_mesh::Mesh;
 use brood_scene::{
-    ClipFrom, ImageLayout, PictureSize, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene,
+    ClipFrom, ImageLayout, PictureSize, PixelArea, PixelSpan, Raster, Refine, SampleSet, Sampling,
+    Scene,
 };
 
-use crate::{LowerBound, Samples};
+use crate::measured::FEWEST;
+use crate::{LightMeans, LowerBound, Samples};
 use clip::{Clip, Clipping};
 use film::FilmInverse;
 pub use pixel::{PixelCounts, PixelStatus};
 use pixel::{PixelReading, around};
 pub use refusal::ImageTargetError;
-use refusal::{FEWEST, SIDE};
+use refusal::SIDE;
+use soft::{SeveralPixel, lit_from_eye, soft_light};
 
 /// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
@@ -51,6 +55,8 @@ pub struct View<'a> {
     pub is_gain_unknown: bool,
     /// Code from which a channel counts as clipped.
     pub clip_from: ClipFrom,
+    /// Uncertainties within which the scene will be corrected.
+    pub refine: Refine,
 }
 
 /// A picture whose pixels are classified.
@@ -65,6 +71,7 @@ pub struct ImageView {
     least: Vec<Least>,
     statuses: Vec<PixelStatus>,
     is_gain_unknown: bool,
+    is_soft: bool,
     clipped_from: [Option<u8>; 3],
     counts: PixelCounts,
 }
@@ -84,7 +91,7 @@ pub struct ImageError {
     /// Root mean square difference of linear radiance over all pixels that are neither masked nor
     /// clipped.
     pub rmse: f64,
-    /// Root mean square difference over the used pixels.
+    /// Root mean square difference over the pixels that are used, or lit by several lights.
     pub rmse_used: f64,
     /// Factor applied to the compared picture: 1 unless the brightness is unknown.
     pub gain: f64,
@@ -95,7 +102,8 @@ impl ImageView {
     ///
     /// A pixel is used if the mesh covers it wholly, one light reaches its centre, and the light is
     /// uniform within it. f is its radiance over the irradiance there. If such a pixel is clipped,
-    /// its f is a lower bound ([`Samples::lower_bounds`]).
+    /// its f is a lower bound ([`Samples::lower_bounds`]). A pixel that several lights, a light
+    /// with an area or an environment reach shows a mean of f cos_i ([`Samples::means`]).
     ///
     /// # Errors
     /// Returns [`ImageTargetError`] if sizes do not match, a pixel is not finite, the scene's
@@ -105,7 +113,8 @@ impl ImageView {
         let size_px = check(view)?;
         let exposure = FilmInverse::new(view.picture.is_linear, view.scene.film)?;
         let raster = Raster { size_px, sampling: view.sampling, area: PixelArea::whole(size_px) };
-        let set = visible(view.mesh, (view.scene, view.assets), raster)?;
+        let lit_scene = (view.scene, view.assets);
+        let set = visible(view.mesh, lit_scene, raster)?;
         let radiance = |pixel: &[f32; 3]| pixel.map(|value| exposure.radiance(f64::from(value)));
         let target: Vec<[f64; 3]> = view.picture.pixels.iter().map(radiance).collect();
         let in_mask = |pixel: usize| view.mask.is_none_or(|mask| is_white(mask.pixels[pixel]));
@@ -134,10 +143,11 @@ impl ImageView {
             least,
             statuses,
             is_gain_unknown,
+            is_soft: soft_light(view.scene).is_some(),
             clipped_from,
             counts,
         };
-        let samples = own.classify();
+        let samples = own.classify(view.mesh, lit_scene);
         Ok((own, samples))
     }
 
@@ -166,7 +176,7 @@ impl ImageView {
             statuses: Vec::new(),
             ..*self
         };
-        let samples = own.classify();
+        let samples = own.classify(mesh, lit);
         Ok((own, samples))
     }
 
@@ -174,13 +184,12 @@ impl ImageView {
         self.set.image().expect("the set has a picture layout")
     }
 
-    fn classify(&mut self) -> Samples {
+    fn classify(&mut self, mesh: &Mesh, lit: (&Scene, &LightAssets)) -> Samples {
         let layout = self.layout().clone();
         let spans = spans(&layout);
         let size = (layout.width as usize, layout.height as usize);
         let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
-        let pixels = self.target.len() as u64;
-        let mut counts = PixelCounts { pixels, ..PixelCounts::default() };
+        let mut several = Vec::new();
         let (in_mask, clips) = (&self.in_mask, &self.clips);
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
@@ -193,9 +202,10 @@ impl ImageView {
                 _ if clips[pixel] == Clip::Beside => PixelReading::Unusable(PixelStatus::Clipped),
                 Some(span) if clips[pixel] == Clip::Bound => match self.lit(span) {
                     PixelReading::Sample(pair, value) => PixelReading::LowerBound(pair, value),
-                    PixelReading::LowerBound(..) | PixelReading::Unusable(_) => {
-                        PixelReading::Unusable(PixelStatus::Clipped)
-                    }
+                    PixelReading::Several => PixelReading::SeveralBound,
+                    PixelReading::LowerBound(..)
+                    | PixelReading::SeveralBound
+                    | PixelReading::Unusable(_) => PixelReading::Unusable(PixelStatus::Clipped),
                 },
                 None if clips[pixel] == Clip::Bound => PixelReading::Unusable(PixelStatus::Clipped),
                 None => PixelReading::Unusable(PixelStatus::Unlit),
@@ -213,23 +223,35 @@ impl ImageView {
                     least.push(LowerBound { pair, f, is_known });
                     PixelStatus::Clipped
                 }
+                PixelReading::Several => {
+                    let (radiance, is_known) = (self.target[pixel], [true; 3]);
+                    several.push(SeveralPixel { pixel, radiance, is_known });
+                    PixelStatus::SeveralLights
+                }
+                PixelReading::SeveralBound => {
+                    let known = self.least(pixel).map(|least| (least.radiance, least.is_known));
+                    let (radiance, is_known) = known.expect("a clipped pixel has a bound");
+                    several.push(SeveralPixel { pixel, radiance, is_known });
+                    PixelStatus::Clipped
+                }
             };
-            counts.add(status);
             self.statuses.push(status);
         }
-        self.counts = counts;
-        Samples::new(pairs, values).with_lower_bounds(least)
+        let (means, unlit) = soft::means(mesh, lit, layout.size_px, &several);
+        unlit.into_iter().for_each(|pixel| self.statuses[pixel] = PixelStatus::Unlit);
+        self.counts = PixelCounts::of(&self.statuses);
+        Samples::new(pairs, values).with_lower_bounds(least).with_means(means)
     }
 
     /// Reads a pixel that is covered and lit.
     fn lit(&self, span: PixelSpan) -> PixelReading {
-        match span.centre_end - span.start {
-            0 => return PixelReading::Unusable(PixelStatus::Unlit),
-            1 => {}
-            _ => return PixelReading::Unusable(PixelStatus::SeveralLights),
+        let lights = span.centre_end - span.start;
+        if lights == 0 {
+            return PixelReading::Unusable(PixelStatus::Unlit);
         }
         let (pair, _) = self.set.pair(span.start as usize);
-        if pair.cos_i().min(pair.cos_o()) < LEAST_COSINE {
+        let cos_i = if lights == 1 { pair.cos_i() } else { 1.0 };
+        if cos_i.min(pair.cos_o()) < LEAST_COSINE {
             return PixelReading::Unusable(PixelStatus::Grazing);
         }
         let pixel = span.pixel as usize;
@@ -237,7 +259,8 @@ impl ImageView {
         for (f, irradiance) in f.iter_mut().zip(self.set.irradiance()) {
             let counted = &irradiance[span.radiance_start as usize..span.end as usize];
             let mean = counted.iter().map(|e| f64::from(*e)).sum::<f64>() * self.scale();
-            let centre = f64::from(irradiance[span.start as usize]);
+            let at_centre = &irradiance[span.start as usize..span.centre_end as usize];
+            let centre = at_centre.iter().map(|e| f64::from(*e)).sum::<f64>();
             if centre <= 0.0 {
                 return PixelReading::Unusable(PixelStatus::Unlit);
             }
@@ -246,7 +269,10 @@ impl ImageView {
             }
             *f = f.max(0.0) / mean;
         }
-        PixelReading::Sample(pair, f)
+        match lights {
+            1 if !self.is_soft => PixelReading::Sample(pair, f),
+            _ => PixelReading::Several,
+        }
     }
 
     fn scale(&self) -> f64 {
@@ -266,10 +292,17 @@ impl ImageView {
         self.clipped_from
     }
 
-    /// Samples of all pixels, on which a material is evaluated to render this view.
+    /// Samples of all pixels, on which a material is evaluated to render this view. If the view
+    /// [has soft light](ImageView::is_soft), they are of one light at the eye instead.
     #[must_use]
     pub fn set(&self) -> &SampleSet {
         &self.set
+    }
+
+    /// True if a light of the scene has an area or is an environment.
+    #[must_use]
+    pub fn is_soft(&self) -> bool {
+        self.is_soft
     }
 
     /// True if the brightness is unknown.
@@ -345,7 +378,7 @@ impl ImageView {
             }
             (sum / count.max(1) as f64).sqrt()
         };
-        let of = |(k, status): (usize, &PixelStatus)| (*status == PixelStatus::Used).then_some(k);
+        let of = |(k, status): (usize, &PixelStatus)| status.is_usable().then_some(k);
         let mut used = self.statuses.iter().enumerate().filter_map(of);
         ImageError { rmse: root(&mut compared.iter().copied()), rmse_used: root(&mut used), gain }
     }
@@ -357,7 +390,10 @@ fn visible(
     (scene, assets): (&Scene, &LightAssets),
     raster: Raster,
 ) -> Result<SampleSet, ImageTargetError> {
-    let set = SampleSet::render_with_assets(mesh, scene, assets, raster);
+    let set = match soft_light(scene) {
+        None => SampleSet::render_with_assets(mesh, scene, assets, raster),
+        Some(_) => SampleSet::render_with_assets(mesh, &lit_from_eye(scene), assets, raster),
+    };
     if set.counts().covered == 0 {
         return Err(ImageTargetError::Nothing);
     }
@@ -412,12 +448,9 @@ fn check(view: &View<'_>) -> Result<PictureSize, ImageTargetError> {
         let at = u32::try_from(at).expect("pictures have fewer pixels");
         return Err(ImageTargetError::NotFinite(at % width, at / width));
     }
-    let is_soft = |light: &&Light| {
-        !matches!(light, Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Ies(_))
-    };
-    match view.scene.lights.iter().find(is_soft) {
-        Some(light) => Err(ImageTargetError::Light(light.kind())),
-        None => Ok(size_px),
+    match soft_light(view.scene) {
+        Some(light) if !view.refine.is_exact() => Err(ImageTargetError::Refine(light.kind())),
+        _ => Ok(size_px),
     }
 }
 
@@ -430,16 +463,19 @@ pub fn pooled<'a>(
 ) -> Result<(Samples, PixelCounts), ImageTargetError> {
     let mut counts = PixelCounts::default();
     let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
+    let mut means = LightMeans::default();
     for (view, samples) in views {
         counts = counts.and(view.counts());
         pairs.extend_from_slice(samples.pairs());
         values.extend_from_slice(samples.values());
         least.extend_from_slice(samples.lower_bounds());
+        means.append(samples.means());
     }
-    if pairs.len() < FEWEST {
+    let samples = Samples::new(pairs, values).with_lower_bounds(least).with_means(means);
+    if samples.observations() < FEWEST {
         return Err(ImageTargetError::Few(counts));
     }
-    Ok((Samples::new(pairs, values).with_lower_bounds(least), counts))
+    Ok((samples, counts))
 }
 
 #[cfg(test)]

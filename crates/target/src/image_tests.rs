@@ -36,7 +36,8 @@ fn view<'a>(
 ) -> View<'a> {
     let sampling = Sampling::Adaptive;
     let (mask, is_gain_unknown, clip_from) = (None, false, ClipFrom::Auto);
-    View { mesh, scene, assets, sampling, picture, mask, is_gain_unknown, clip_from }
+    let refine = Refine::default();
+    View { mesh, scene, assets, sampling, picture, mask, is_gain_unknown, clip_from, refine }
 }
 
 #[test]
@@ -103,7 +104,7 @@ fn unknown_brightness_is_compensated_by_a_gain() {
 }
 
 #[test]
-fn pixels_lit_by_several_lights_are_left_out() {
+fn pixels_lit_by_several_lights_are_means() {
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
     let scene = scene(
         r#"{"lights": [{"kind": "directional", "direction": [1, 0, -0.2]}, {"kind": "directional", "direction": [-1, 0, -0.2]}]}"#,
@@ -114,6 +115,45 @@ fn pixels_lit_by_several_lights_are_left_out() {
     assert!(view.counts().several_lights > 50 && samples.len() > 200, "{}", view.counts());
     let lambert = 0.5 / std::f64::consts::PI;
     assert!(samples.values().iter().all(|f| (f[0] - lambert).abs() < 0.02 * lambert));
+    assert_eq!(view.counts().several_lights, samples.means().samples() as u64);
+    matches_lambert(&samples, 0.02);
+}
+
+/// Asserts that the measured means are those of a Lambertian of albedo 0.5: the root mean square
+/// of the relative difference.
+fn matches_lambert(samples: &Samples, most: f64) {
+    let f = vec![[0.5 / std::f64::consts::PI; 3]; samples.means().pairs().len()];
+    let means = samples.means().of(&f);
+    let both = means.iter().zip(samples.means().values());
+    let squares = both.map(|(found, wanted)| (found[1] / wanted.mean[1] - 1.0).powi(2));
+    let off = (squares.sum::<f64>() / means.len() as f64).sqrt();
+    assert!(off < most, "{off}");
+}
+
+#[test]
+fn pixels_under_lights_with_an_area_are_means() {
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
+    for (light, most) in [
+        // The picture has noise.
+        (r#"{"kind": "environment", "image": "studio", "samples": 1024}"#, 0.08),
+        (r#"{"kind": "ambient", "samples": 256}"#, 1e-5),
+        (r#"{"kind": "sphere", "position": [3, 3, 3], "radius": 1, "samples": 256}"#, 2e-3),
+    ] {
+        let scene = scene(&format!(r#"{{"lights": [{light}]}}"#));
+        let image = rendered(&Model::new(ModelKind::Lambert), &mesh, &scene, Sampling::Adaptive);
+        let picture = LinearPicture::from(&image);
+        let (own, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
+        assert!(own.is_soft() && own.counts().used == 0, "{}", own.counts());
+        assert!(own.counts().several_lights > 200 && samples.means().len() > 200);
+        matches_lambert(&samples, most);
+        let target = crate::MeasuredTarget::of_pixels(&samples).unwrap();
+        let (fitted, held) = (target.fitted.observations(), target.held.observations());
+        assert!(held > 40 && fitted > 3 * held, "{fitted} {held}");
+        let refine = Refine { light_deg: 2.0, ..Refine::default() };
+        let refined = View { refine, ..view(&mesh, &scene, &assets, &picture) };
+        let error = ImageView::new(&refined).unwrap_err().to_string();
+        assert!(error.contains("cannot be corrected yet"), "{error}");
+    }
 }
 
 #[test]
@@ -157,8 +197,6 @@ fn unusable_pictures_are_rejected() {
         r#"{"camera": {"orthographic": 1.2}, "lights": [{"kind": "directional", "direction": [0, 0, 1]}]}"#,
     );
     assert!(said(&behind, &good, None).contains("no light of the scene reaches"));
-    let soft = scene(r#"{"lights": [{"kind": "ambient"}]}"#);
-    assert!(said(&soft, &good, None).contains("a light of kind ambient"));
     let filmic = scene(r#"{"film": {"tone": "filmic"}}"#);
     assert_eq!(refused(&filmic, &good, None), None);
     let shown = LinearPicture { is_linear: false, ..good };

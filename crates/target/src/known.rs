@@ -120,6 +120,7 @@ impl KnownView {
             mask: mask.as_ref(),
             is_gain_unknown: setting.is_gain_unknown,
             clip_from: setting.clip_from,
+            refine: setting.refine,
         };
         let (view, samples) = ImageView::new(&view)?;
         let gain = gain(&setting.scene, &picture, &view);

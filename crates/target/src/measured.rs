@@ -21,10 +21,12 @@ const HELD: usize = 16384;
 const ONE_IN: usize = 5;
 /// Largest number of pixels used as samples, fitted and held-out together.
 const PIXELS: usize = 10_240;
+/// The same for pixels that are lit from several directions, whose evaluation takes longer.
+const MEANS: usize = 4096;
 /// Largest number of clipped pixels used, evenly picked. Of their f only a lower bound is known.
 const LEAST: usize = 1024;
 /// Least number of samples; fewer cannot be distinguished from noise.
-const FEWEST: usize = 100;
+pub(crate) const FEWEST: usize = 100;
 /// Seeds from which the fitted and the held-out pairs are drawn.
 const STREAMS: (u64, u64) = (1, 2);
 /// Step from one sample of a slice to the next in shuffled order: a prime that does not divide
@@ -204,25 +206,29 @@ impl MeasuredTarget {
     /// Returns [`TargetError`] if there are too few samples, all are black, or a value is out of
     /// range.
     pub fn of_pixels(samples: &Samples) -> Result<Self, TargetError> {
-        let count = samples.len();
-        if count <= PIXELS {
+        let (count, means) = (samples.len(), samples.means());
+        if count <= PIXELS && means.len() <= MEANS {
             return Self::split(samples);
         }
-        let picked = (0..PIXELS).map(|k| k * count / PIXELS);
+        let most = count.min(PIXELS);
+        let picked = (0..most).map(|k| k * count / most);
         let (pairs, values) = picked.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
-        Self::split(&Samples::new(pairs, values).with_lower_bounds(samples.lower_bounds().to_vec()))
+        let picked = Samples::new(pairs, values).with_means(means.thinned(MEANS));
+        Self::split(&picked.with_lower_bounds(samples.lower_bounds().to_vec()))
     }
 
     /// Makes a target that holds out every fifth sample, the first included.
     fn split(samples: &Samples) -> Result<Self, TargetError> {
-        if samples.len() < FEWEST {
-            return Err(TargetError::Few(samples.len()));
+        if samples.observations() < FEWEST {
+            return Err(TargetError::Few(samples.observations()));
         }
         let part = |is_held: bool| {
-            let rows = (0..samples.len()).filter(|at| (at % ONE_IN == 0) == is_held);
+            let is_in = |at: &usize| (at % ONE_IN == 0) == is_held;
+            let rows = (0..samples.len()).filter(is_in);
             let (pairs, values) =
                 rows.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
-            Samples::new(pairs, values)
+            let means = samples.means();
+            Samples::new(pairs, values).with_means(means.select((0..means.len()).filter(is_in)))
         };
         let step = samples.lower_bounds().len().div_ceil(LEAST).max(1);
         let least = samples.lower_bounds().iter().step_by(step).copied().collect();
@@ -232,7 +238,12 @@ impl MeasuredTarget {
 
     /// Returns the target, or the error of its values.
     fn checked(self) -> Result<Self, TargetError> {
-        let values = || [&self.fitted, &self.held].into_iter().flat_map(|samples| samples.values());
+        let values = || {
+            [&self.fitted, &self.held].into_iter().flat_map(|samples| {
+                let means = samples.means().values().iter().map(|value| &value.mean);
+                samples.values().iter().chain(means)
+            })
+        };
         let wrong = |f: &f64| !(0.0..=Self::LARGEST).contains(f);
         if let Some(f) = values().flatten().copied().find(wrong) {
             return Err(TargetError::Value(f));

@@ -1,16 +1,20 @@
-//! Samples of a material: pairs of directions with a reflectance each.
+//! Samples of a material: pairs of directions with a reflectance each, and means over several pairs.
 
 use brood_brdf::{Brdf, DirectionPair};
 use brood_eval::{CanonicalEvaluator, EvalError, Evaluator};
 use brood_program::Program;
 use brood_scene::SampleSet;
 
-/// f of red, green and blue for pairs of directions above the surface.
-#[derive(Debug, Clone)]
+use crate::LightMeans;
+
+/// f of red, green and blue for pairs of directions above the surface, and means of f cos_i over
+/// several pairs.
+#[derive(Debug, Clone, Default)]
 pub struct Samples {
     pairs: Vec<DirectionPair>,
     values: Vec<[f64; 3]>,
     lower_bounds: Vec<LowerBound>,
+    means: LightMeans,
 }
 
 /// A pair for which only a lower bound of f is known, in some channels.
@@ -36,7 +40,7 @@ impl Samples {
             (0.5 * (brdf.f(pair) + brdf.f(&pair.swapped()))).to_array().map(|f| f.max(0.0))
         };
         let values = pairs.iter().map(value).collect();
-        Self { pairs, values, lower_bounds: Vec::new() }
+        Self::new(pairs, values)
     }
 
     /// Samples a program at these pairs.
@@ -44,12 +48,8 @@ impl Samples {
     /// # Errors
     /// Returns [`EvalError`] if the program cannot be evaluated.
     pub fn of_program(program: &Program, pairs: Vec<DirectionPair>) -> Result<Self, EvalError> {
-        let (set, mut out) = (SampleSet::from_pairs(&pairs, &[]), Vec::new());
-        CanonicalEvaluator::default().eval(&[program], &set, &mut out)?;
-        let count = pairs.len();
-        let value = |k: usize| [0, 1, 2].map(|channel| f64::from(out[channel * count + k]));
-        let values = (0..count).map(value).collect();
-        Ok(Self { pairs, values, lower_bounds: Vec::new() })
+        let values = f_of_program(program, &pairs)?;
+        Ok(Self::new(pairs, values))
     }
 
     /// Samples of these pairs and values.
@@ -59,7 +59,7 @@ impl Samples {
     #[must_use]
     pub fn new(pairs: Vec<DirectionPair>, values: Vec<[f64; 3]>) -> Self {
         assert_eq!(pairs.len(), values.len(), "every pair has a value");
-        Self { pairs, values, lower_bounds: Vec::new() }
+        Self { pairs, values, ..Self::default() }
     }
 
     /// Adds pairs for which only a lower bound of f is known. They are not samples and do not count
@@ -67,6 +67,48 @@ impl Samples {
     #[must_use]
     pub fn with_lower_bounds(self, lower_bounds: Vec<LowerBound>) -> Self {
         Self { lower_bounds, ..self }
+    }
+
+    /// Adds means over several pairs. They count in errors, but are not among the pairs.
+    #[must_use]
+    pub fn with_means(self, means: LightMeans) -> Self {
+        Self { means, ..self }
+    }
+
+    /// Means of f cos_i over several pairs.
+    #[must_use]
+    pub fn means(&self) -> &LightMeans {
+        &self.means
+    }
+
+    /// What was observed: f cos_i of each pair, then the means of which all channels are known, as
+    /// compared by the metrics.
+    #[must_use]
+    pub fn observed(&self) -> Vec<[f64; 3]> {
+        let mut all = self.weighted();
+        let known = self.means.values().iter().filter(|value| value.is_sample());
+        all.extend(known.map(|value| value.mean));
+        all
+    }
+
+    /// What would be observed of a program, in the order of [`Samples::observed`].
+    ///
+    /// # Errors
+    /// Returns [`EvalError`] if the program cannot be evaluated.
+    pub fn observed_of(&self, program: &Program) -> Result<Vec<[f64; 3]>, EvalError> {
+        let mut all = Self::of_program(program, self.pairs.clone())?.weighted();
+        if !self.means.is_empty() {
+            let means = self.means.of(&f_of_program(program, self.means.pairs())?);
+            let known = means.into_iter().zip(self.means.values());
+            all.extend(known.filter(|(_, value)| value.is_sample()).map(|(mean, _)| mean));
+        }
+        Ok(all)
+    }
+
+    /// Number of observations: pairs, and means of which all channels are known.
+    #[must_use]
+    pub fn observations(&self) -> usize {
+        self.pairs.len() + self.means.samples()
     }
 
     /// Pairs for which only a lower bound of f is known.
@@ -94,21 +136,31 @@ impl Samples {
         both.map(|(pair, value)| value.map(|f| f * pair.cos_i())).collect()
     }
 
-    /// Number of samples.
+    /// Number of pairs.
     #[must_use]
     pub fn len(&self) -> usize {
         self.pairs.len()
     }
 
-    /// True if there are no samples.
+    /// True if there are no pairs.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.pairs.is_empty()
     }
 
-    /// Largest f of any channel; 0 if there are no samples.
+    /// Largest f and mean of any channel; 0 if there are neither.
     #[must_use]
     pub fn largest(&self) -> f64 {
-        self.values.as_flattened().iter().fold(0.0, |most, f| most.max(*f))
+        let means = self.means.values().iter().flat_map(|value| value.mean);
+        self.values.as_flattened().iter().copied().chain(means).fold(0.0, f64::max)
     }
+}
+
+/// f of a program at pairs of directions.
+fn f_of_program(program: &Program, pairs: &[DirectionPair]) -> Result<Vec<[f64; 3]>, EvalError> {
+    let (set, mut out) = (SampleSet::from_pairs(pairs, &[]), Vec::new());
+    CanonicalEvaluator::default().eval(&[program], &set, &mut out)?;
+    let count = pairs.len();
+    let value = |k: usize| [0, 1, 2].map(|channel| f64::from(out[channel * count + k]));
+    Ok((0..count).map(value).collect())
 }

@@ -6,6 +6,8 @@ use std::str::FromStr;
 
 use brood_genome::{Dialect, OpcodeSet, Parametrisation};
 
+use crate::measured::FEWEST;
+
 brood_brdf::named_enum! {
     /// Method by which a search fits its samples; the name is that in requests and on the command
     /// line. Listed to users in this order.
@@ -29,6 +31,19 @@ impl Strategy {
     #[must_use]
     pub fn of_target(is_picture: bool) -> Self {
         if is_picture { Self::Analytic } else { Self::Hybrid }
+    }
+
+    /// Checks that a target's pixels suit the strategy: `used` that one light reaches, and `several`
+    /// that are lit from several directions, which only models are fitted to.
+    ///
+    /// # Errors
+    /// Returns [`FewPixels`] if they do not.
+    pub fn check_pixels(self, used: u64, several: u64) -> Result<(), FewPixels> {
+        let has_few = used < FEWEST as u64 && several > 0;
+        if self != Self::Analytic && has_few {
+            return Err(FewPixels { strategy: self, used, several });
+        }
+        Ok(())
     }
 
     /// Reads the choice of a strategy; `None` for `auto`, which leaves it to
@@ -56,6 +71,21 @@ impl fmt::Display for Strategy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// Error for a strategy that needs more pixels that one light reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the strategy {strategy} fits pixels that one light reaches; it needs {FEWEST}, and the target \
+     has {used}; use analytic, which also fits the {several} pixels that are lit from several directions"
+)]
+pub struct FewPixels {
+    /// The strategy.
+    pub strategy: Strategy,
+    /// Number of pixels that one light reaches.
+    pub used: u64,
+    /// Number of pixels that are lit from several directions.
+    pub several: u64,
 }
 
 /// Error for a name that no strategy has.

@@ -166,7 +166,7 @@ fn refusal(error: TargetFileError) -> ApiError {
 
 fn describe(spec: &TargetSpec, parsed: &ParsedTarget) -> Target {
     let TargetFile { target, skipped, pictures, .. } = &parsed.read;
-    let (fitted, held) = (target.fitted.len() as u64, target.held.len() as u64);
+    let (fitted, held) = (target.fitted.observations() as u64, target.held.observations() as u64);
     let views = pictures.as_ref().map_or(&[][..], |pictures| &pictures.views);
     Target {
         id: TargetId::fresh(),

@@ -25,9 +25,13 @@ const SECONDS: u32 = 20;
 const THREADS: &str = "2";
 /// Samples of a pixel, of either program.
 const SAMPLES: u32 = 64;
+/// The same in an environment, which Mitsuba samples at random.
+const ENVIRONMENT_SAMPLES: u32 = 576;
+/// File of the environment in the folder of data.
+const ENVIRONMENT: &str = "env/mitsuba_docs_envmap.hdr";
 const SIZE_PX: u32 = 192;
 /// Reason why measured materials and the mesh are missing.
-const NO_DATA: &str = "measured materials and the mesh spot: they need --data";
+const NO_DATA: &str = "measured materials, the mesh spot and the environment: they need --data";
 
 /// One material on one object, photographed in one way.
 struct Photograph {
@@ -69,6 +73,9 @@ pub fn run(words: &[&str]) -> Result<()> {
         Some(data) => {
             let mesh = data.join("meshes/spot_triangulated.obj");
             shell::run(environment.script("mesh_forms.py").arg(mesh).arg(&folder))?;
+            for photograph in &photographs {
+                photograph.copy_light(data)?;
+            }
         }
     }
     let count = options.pictures.unwrap_or(1);
@@ -108,8 +115,8 @@ fn photographs(options: &Options, data: Option<&Path>, folder: &Path) -> Result<
     for grade in Grade::ALL.into_iter().filter(|grade| wanted(&options.grades, grade.name())) {
         for object in Object::ALL {
             for material in material::all(data) {
-                let has_mesh = object.mesh().is_none() || data.is_some();
-                if !has_mesh || !wanted(&options.materials, material.name) {
+                let needs_data = object.mesh().is_some() || grade.light_file().is_some();
+                if (needs_data && data.is_none()) || !wanted(&options.materials, material.name) {
                     continue;
                 }
                 let name = format!("{} {} {}", material.name, object.name(), grade.name());
@@ -129,12 +136,25 @@ impl Photograph {
         format!("{}, {}, {}", self.material.name, self.object.name(), self.grade.name())
     }
 
+    /// Copies the file of the light to the pictures.
+    fn copy_light(&self, data: &Path) -> Result<()> {
+        let Some(file) = self.grade.light_file() else { return Ok(()) };
+        std::fs::create_dir_all(&self.folder).context("create the folder of a photograph")?;
+        std::fs::copy(data.join(ENVIRONMENT), self.folder.join(file))
+            .context("copy the environment")?;
+        Ok(())
+    }
+
     /// Description for the script that takes the pictures.
     fn job(&self, folder: &Path, count: u32) -> Value {
         json!({
             "name": self.name(), "folder": self.folder, "bsdf": self.material.bsdf,
             "mesh": self.object.mesh().map(|mesh| folder.join(mesh)),
-            "size_px": SIZE_PX, "samples": SAMPLES,
+            "size_px": SIZE_PX, "test_samples": SAMPLES,
+            "samples": match self.grade {
+                Grade::Environment => ENVIRONMENT_SAMPLES,
+                _ => SAMPLES,
+            },
             "pictures": (0..count as usize).map(|k| self.object.picture(k, self.grade))
                 .collect::<Vec<_>>(),
             "tests": self.object.tests(),
@@ -237,7 +257,7 @@ fn markdown(
 ) -> Result<String> {
     let mut text = format!(
         "# Materials from photographs, under other lights\n\n\
-         Pictures of {SIZE_PX} x {SIZE_PX} pixels by Mitsuba, {pictures} of each material, one point light in each. `brood fit`, \
+         Pictures of {SIZE_PX} x {SIZE_PX} pixels by Mitsuba, {pictures} of each material, one point light in each, or an environment. `brood fit`, \
          strategy {strategy}, {seconds} s on {THREADS} threads. Errors are RMSE / mean of Mitsuba's own pictures under three other \
          lights (root of the mean square of the three). The scene of misaligned pictures is stated with its uncertainties; \
          errors of the corrected scene are those of the light as the camera sees it and of the camera.\n\n\

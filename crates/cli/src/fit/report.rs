@@ -43,8 +43,8 @@ impl<'a> Report<'a> {
         json!({
             "target": {
                 "kind": self.kind,
-                "fitted_samples": target.fitted.len(),
-                "held_out_samples": target.held.len(),
+                "fitted_samples": target.fitted.observations(),
+                "held_out_samples": target.held.observations(),
                 "largest_f": self.largest(),
                 "reciprocal_floor": target.floor(),
                 "largest_albedo": target.reflected.map(|most| json!({"albedo": most.albedo, "theta_deg": most.theta_deg})),
@@ -91,8 +91,8 @@ impl<'a> Report<'a> {
              {} operations per sample, {} fitted parameters; f from {} to {:.4} (largest sample: {:.4}), {} values not finite\n\
              reciprocity: {reciprocal}; the energy limit divides by {:.6}\n",
             self.kind,
-            target.fitted.len(),
-            target.held.len(),
+            target.fitted.observations(),
+            target.held.observations(),
             found.e_log,
             found.fitted,
             found.e_cbrt,

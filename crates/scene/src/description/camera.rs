@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use brood_mesh::angle::orbit_direction;
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use utoipa::openapi::{OneOfBuilder, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
@@ -61,6 +63,23 @@ pub struct LookAtCamera {
 pub struct OrthographicCamera {
     /// Half the height of the picture, in world units.
     pub orthographic: f64,
+}
+
+impl Camera {
+    /// Unit vector along the view, in the middle of the picture.
+    #[must_use]
+    pub fn direction(&self) -> [f64; 3] {
+        let along = match self {
+            Self::Orbit(OrbitCamera { orbit_deg: [azimuth, elevation], .. }) => {
+                -orbit_direction(*azimuth, *elevation)
+            }
+            Self::LookAt(LookAtCamera { eye, target, .. }) => {
+                (DVec3::from(*target) - DVec3::from(*eye)).normalize()
+            }
+            Self::Orthographic(_) => DVec3::NEG_Z,
+        };
+        along.to_array()
+    }
 }
 
 impl PartialSchema for Camera {

@@ -5,7 +5,7 @@
 use std::f64::consts::PI;
 use std::sync::LazyLock;
 
-use brood_brdf::{Level, SimdKernel};
+use brood_brdf::{DirectionPair, Level, SimdKernel};
 use brood_light::PrefilteredEnvironment;
 use glam::DVec3;
 
@@ -209,6 +209,21 @@ impl DirectLight {
         Self { level: Level::best(), nodes, environments }
     }
 
+    /// Returns the directions of each node, seen from an angle with this cosine; `None` below the
+    /// horizon. Nodes that are each other's mirror image, which isotropic materials do not
+    /// distinguish, have the same bits.
+    pub(crate) fn pairs(shape: LobeShape, cos_o: f64) -> Vec<Option<DirectionPair>> {
+        let nodes = shape.nodes();
+        let wo = DVec3::new((1.0 - cos_o * cos_o).sqrt(), 0.0, cos_o);
+        let pair = |node: usize| {
+            let half = [0, 1, 2].map(|axis| f64::from(nodes.half[axis][node]));
+            let half = DVec3::new(half[0], half[1].abs(), half[2]).normalize();
+            let wi = (2.0 * wo.dot(half) * half - wo).normalize();
+            (wi.z > 0.0).then(|| DirectionPair::new(wi, wo).expect("both are unit vectors"))
+        };
+        (0..nodes.areas.len()).map(pair).collect()
+    }
+
     /// Returns the samples at a surface point.
     pub(crate) fn at(&self, facing: &Facing) -> DirectSamples {
         self.level.run(At { light: self, facing })
@@ -244,7 +259,7 @@ impl SimdKernel for At<'_> {
             add_light(nodes, (light, &levels[row]), &at, &mut means);
         }
         let EyeFrame { x, y, n, .. } = at.frame;
-        let mut samples = Vec::with_capacity(count);
+        let (mut samples, mut places) = (Vec::with_capacity(count), Vec::with_capacity(count));
         for k in 0..count {
             let irradiance = [0, 1, 2].map(|c| f64::from(means[c][k] * weights[k]));
             if cosines[k] > 0.0 && irradiance != [0.0; 3] {
@@ -254,9 +269,10 @@ impl SimdKernel for At<'_> {
                 let up = double * h[2] - f64::from(cos);
                 let towards = x * along + y * (double * h[1]) + n * up;
                 samples.push((towards.normalize(), irradiance));
+                places.push(k);
             }
         }
-        DirectSamples { n: facing.frame.n(), samples }
+        DirectSamples { n: facing.frame.n(), samples, nodes: places }
     }
 }
 
@@ -265,6 +281,8 @@ impl SimdKernel for At<'_> {
 pub(crate) struct DirectSamples {
     n: DVec3,
     samples: Vec<(DVec3, [f64; 3])>,
+    /// Node of each sample.
+    nodes: Vec<usize>,
 }
 
 /// Distance of normals up to which points of a pixel share samples.
@@ -279,6 +297,11 @@ impl DirectSamples {
     /// Iterates over directions in the unit frame, and irradiance times cosine.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &(DVec3, [f64; 3])> {
         self.samples.iter()
+    }
+
+    /// Nodes of the samples, in the order of [`DirectSamples::iter`].
+    pub(crate) fn nodes(&self) -> &[usize] {
+        &self.nodes
     }
 }
 

@@ -145,11 +145,23 @@ impl<'a> Surface<'a> {
 
     /// Removes the environments from the lights and returns them.
     pub fn take_environments(&mut self) -> Vec<PrefilteredEnvironment> {
-        let environments = self.lights.iter().filter_map(LightSampler::prefiltered).collect();
-        let lights = std::mem::take(&mut self.lights);
-        let others = lights.into_iter().filter(|light| light.prefiltered().is_none()).collect();
+        self.take_environments_if(|_| true)
+    }
+
+    /// Removes some of the environments from the lights and returns them.
+    pub fn take_environments_if(
+        &mut self,
+        is_wanted: impl Fn(&LightSampler) -> bool,
+    ) -> Vec<PrefilteredEnvironment> {
+        let (mut taken, mut others) = (Vec::new(), Vec::new());
+        for light in std::mem::take(&mut self.lights) {
+            match light.prefiltered().filter(|_| is_wanted(&light)) {
+                Some(environment) => taken.push(environment),
+                None => others.push(light),
+            }
+        }
         self.light_by(others);
-        environments
+        taken
     }
 
     /// Shades a hit and writes the result to `point`, whose memory is reused.

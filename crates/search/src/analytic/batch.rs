@@ -1,10 +1,11 @@
-//! Samples as models read them: blocks of lanes with the target values of each lane.
+//! Samples as models read them: blocks of lanes with the target values of each lane, and means over
+//! the lanes of shared blocks.
 
 use std::sync::Arc;
 
 use brood_brdf::{Block, DirectionPair};
 use brood_eval::Level;
-use brood_target::{LowerBound, Samples};
+use brood_target::{LightMeans, LowerBound, MeanValue, Samples};
 
 use super::LANES;
 use super::albedo::Albedos;
@@ -24,11 +25,24 @@ pub(super) struct Lanes {
     pub(super) above: [[f64; LANES]; 3],
 }
 
+/// Means over pairs of directions.
+#[derive(Debug, Clone)]
+pub(super) struct Means {
+    /// Blocks of all pairs.
+    pub(super) blocks: Vec<Block<LANES>>,
+    /// The means, with their terms at the pairs.
+    pub(super) means: LightMeans,
+    /// Target values of the means. The blocks of these lanes are empty.
+    pub(super) lanes: Vec<Lanes>,
+}
+
 /// Samples in blocks, with an optional albedo penalty.
 #[derive(Debug, Clone)]
 pub(super) struct Batch {
     pub(super) lanes: Arc<Vec<Lanes>>,
-    /// Number of samples times channels.
+    /// `None` if there are no means.
+    pub(super) means: Option<Arc<Means>>,
+    /// Number of samples and means times channels.
     pub(super) total: f64,
     /// Quadrature and level of the penalty on albedos above that level.
     pub(super) albedos: Option<(Arc<Albedos>, f64)>,
@@ -46,7 +60,16 @@ impl Batch {
         };
         let rows: Vec<LowerBound> = indices.iter().map(row).collect();
         let total = 3.0 * indices.len() as f64;
-        Self { lanes: Arc::new(lanes(&rows)), total, albedos: None, prior: None }
+        Self { lanes: Arc::new(lanes(&rows)), means: None, total, albedos: None, prior: None }
+    }
+
+    /// Adds means over pairs of directions.
+    pub(super) fn with_means(mut self, means: LightMeans) -> Self {
+        if !means.is_empty() {
+            self.total += 3.0 * means.samples() as f64;
+            self.means = Some(Arc::new(Means::new(means)));
+        }
+        self
     }
 
     /// Adds the lower bounds of `samples`, at most about as many as the batch has samples.
@@ -71,46 +94,90 @@ impl Batch {
     /// Number of residuals, including those of empty lanes; albedos and prior take a block each.
     pub(super) fn residuals(&self) -> usize {
         let more = usize::from(self.albedos.is_some()) + usize::from(self.prior.is_some());
-        3 * LANES * (self.lanes.len() + more)
+        let means = self.means.as_ref().map_or(0, |means| means.lanes.len());
+        3 * LANES * (self.lanes.len() + means + more)
     }
 }
 
-fn lanes(rows: &[LowerBound]) -> Vec<Lanes> {
-    let level = Level::best();
-    let of = |rows: &[LowerBound]| {
-        let pairs: Vec<DirectionPair> = rows.iter().map(|row| row.pair).collect();
-        let mut lanes = Lanes {
+impl Means {
+    fn new(means: LightMeans) -> Self {
+        let of = |values: &[MeanValue]| {
+            let mut lanes = Lanes::empty();
+            for (lane, value) in values.iter().enumerate() {
+                lanes.put(lane, 1.0, value.mean, value.is_known);
+            }
+            lanes
+        };
+        let lanes = means.values().chunks(LANES).map(of).collect();
+        Self { blocks: means.pairs().chunks(LANES).map(block).collect(), lanes, means }
+    }
+}
+
+impl Lanes {
+    fn empty() -> Self {
+        Self {
             block: Block::new(),
             weight: [0.0; LANES],
             target: [[0.0; LANES]; 3],
             counts: [0.0; LANES],
             above: [[0.0; LANES]; 3],
-        };
-        lanes.block.fill(level, &pairs);
+        }
+    }
+
+    fn put(&mut self, lane: usize, cos_i: f64, f: [f64; 3], is_known: [bool; 3]) {
+        self.weight[lane] = cos_i;
+        self.counts[lane] = 1.0;
+        for channel in 0..3 {
+            self.target[channel][lane] = libm::log1p(f[channel] * cos_i);
+            self.above[channel][lane] = f64::from(u8::from(is_known[channel]));
+        }
+    }
+}
+
+fn block(pairs: &[DirectionPair]) -> Block<LANES> {
+    let mut block = Block::new();
+    block.fill(Level::best(), pairs);
+    block
+}
+
+fn lanes(rows: &[LowerBound]) -> Vec<Lanes> {
+    let of = |rows: &[LowerBound]| {
+        let pairs: Vec<DirectionPair> = rows.iter().map(|row| row.pair).collect();
+        let mut lanes = Lanes { block: block(&pairs), ..Lanes::empty() };
         for (lane, LowerBound { pair, f, is_known }) in rows.iter().enumerate() {
-            let cos_i = pair.cos_i();
-            lanes.weight[lane] = cos_i;
-            lanes.counts[lane] = 1.0;
-            for channel in 0..3 {
-                lanes.target[channel][lane] = libm::log1p(f[channel] * cos_i);
-                lanes.above[channel][lane] = f64::from(u8::from(is_known[channel]));
-            }
+            lanes.put(lane, pair.cos_i(), *f, *is_known);
         }
         lanes
     };
     rows.chunks(LANES).map(of).collect()
 }
 
+/// Picks some of these means as [`pick_samples`] does, `count` at most, and no more than refer to
+/// about `pairs` pairs of directions.
+pub(super) fn pick_means(
+    means: &LightMeans,
+    indices: &[usize],
+    (count, pairs): (usize, usize),
+) -> LightMeans {
+    let per_mean = means.pairs().len().div_ceil(means.len().max(1)).max(1);
+    let brightness = |at: usize| means.values()[at].mean.into_iter().fold(0.0, f64::max);
+    means.select(pick(indices, brightness, count.min(pairs / per_mean)))
+}
+
 /// Picks about `count` of these indices: half of them evenly, half evenly among the brightest
 /// samples, so that even small highlights are included. In ascending order.
 pub(super) fn pick_samples(samples: &Samples, indices: &[usize], count: usize) -> Vec<usize> {
-    if indices.len() <= count {
-        return indices.to_vec();
-    }
     let brightness = |at: usize| -> f64 {
         let cos_i = samples.pairs()[at].cos_i();
         samples.values()[at].iter().fold(0.0f64, |most, f| most.max(*f)) * cos_i
     };
+    pick(indices, brightness, count)
+}
+
+fn pick(indices: &[usize], brightness: impl Fn(usize) -> f64, count: usize) -> Vec<usize> {
+    if indices.len() <= count {
+        return indices.to_vec();
+    }
     let mut bright: Vec<usize> = indices.to_vec();
     bright.sort_by(|a, b| brightness(*b).total_cmp(&brightness(*a)).then(a.cmp(b)));
     bright.truncate((indices.len() / 8).max(count));

@@ -7,7 +7,7 @@ use brood_eval::{Level, SimdKernel};
 use brood_genome::Stream;
 
 use super::albedo::{Albedos, Nodes, is_coarse_enough, residual};
-use super::batch::{Batch, Lanes};
+use super::batch::{Batch, Lanes, Means};
 use super::coordinate::Coordinate;
 use super::prior::Prior;
 use super::{Form, LANES};
@@ -36,6 +36,8 @@ pub(crate) struct Workspace {
     level: Level,
     /// Tables by detail and by all parameter values but the albedo, on which they do not depend.
     tables: Vec<(TableDetail, Vec<f64>, CoatTables)>,
+    /// f of the pairs of means, with an unused fourth channel.
+    f_of_pairs: Vec<[f64; 4]>,
     /// Residuals at a point.
     base: Vec<f64>,
     /// Residuals after a step in each coordinate, and then the Jacobian, column by column.
@@ -81,7 +83,8 @@ impl Space {
 
 impl Workspace {
     pub(crate) fn new() -> Self {
-        Self { level: Level::best(), tables: Vec::new(), base: Vec::new(), columns: Vec::new() }
+        let (f_of_pairs, base, columns) = Default::default();
+        Self { level: Level::best(), tables: Vec::new(), f_of_pairs, base, columns }
     }
 
     /// Prepares a model for evaluation, with cached tables if it is rough plastic, whose tables
@@ -142,11 +145,17 @@ impl Workspace {
         let models = self.prepared(space, x, detail);
         let share = 1.0 / divisor;
         let mut sum = 0.0;
-        for (lanes, out) in batch.lanes.iter().zip(out.chunks_exact_mut(ROW)) {
+        let (of_lanes, rest) = out.split_at_mut(ROW * batch.lanes.len());
+        for (lanes, out) in batch.lanes.iter().zip(of_lanes.chunks_exact_mut(ROW)) {
             let f = f(self.level, &models, &lanes.block);
             sum += Machine::run(self.level, Compare { lanes, f: &f, share, out });
         }
-        let rest = &mut out[ROW * batch.lanes.len()..];
+        let mut rest = rest;
+        if let Some(means) = &batch.means {
+            let (of_means, after) = rest.split_at_mut(ROW * means.lanes.len());
+            sum += self.residuals_of_means(&models, share, means, of_means);
+            rest = after;
+        }
         rest.fill(0.0);
         let (out, of_prior) = rest.split_at_mut(batch.albedos.as_ref().map_or(0, |_| ROW));
         if let Some(weight) = batch.prior {
@@ -166,6 +175,37 @@ impl Workspace {
                     sum += *out * *out;
                 }
             }
+        }
+        sum
+    }
+
+    /// Writes the residuals of means to `out`; returns the sum of their squares.
+    fn residuals_of_means(
+        &mut self,
+        models: &[PreparedModel],
+        share: f64,
+        means: &Means,
+        out: &mut [f64],
+    ) -> f64 {
+        self.f_of_pairs.clear();
+        for block in &means.blocks {
+            let [red, green, blue] = f(self.level, models, block);
+            let of_lane = |lane: usize| {
+                [red[lane], green[lane], blue[lane], 0.0].map(|f| if f > 0.0 { f } else { 0.0 })
+            };
+            self.f_of_pairs.extend((0..LANES).map(of_lane));
+        }
+        let mut sum = 0.0;
+        let parts = means.lanes.iter().zip(out.chunks_exact_mut(ROW));
+        for (part, (lanes, out)) in parts.enumerate() {
+            let first = part * LANES;
+            let mut mean = [[0.0; LANES]; 3];
+            for lane in 0..LANES.min(means.means.len() - first) {
+                let terms = means.means.terms(first + lane);
+                let [red, green, blue, _] = self.level.run(Sum { terms, f: &self.f_of_pairs });
+                (mean[0][lane], mean[1][lane], mean[2][lane]) = (red, green, blue);
+            }
+            sum += Machine::run(self.level, Compare { lanes, f: &mean, share, out });
         }
         sum
     }
@@ -280,6 +320,29 @@ impl Loop for Add<'_> {
                 *sum = own + more;
             }
         }
+    }
+}
+
+/// Sum of shares times f.
+struct Sum<'a> {
+    terms: &'a [(u32, [f32; 3])],
+    f: &'a [[f64; 4]],
+}
+
+impl SimdKernel for Sum<'_> {
+    type Output = [f64; 4];
+
+    #[inline(always)]
+    fn run(self) -> [f64; 4] {
+        let mut sum = [0.0; 4];
+        for (at, [red, green, blue]) in self.terms {
+            let f = &self.f[*at as usize];
+            let share = [*red, *green, *blue, 0.0].map(f64::from);
+            for channel in 0..4 {
+                sum[channel] += share[channel] * f[channel];
+            }
+        }
+        sum
     }
 }
 

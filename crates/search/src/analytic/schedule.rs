@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::Form;
 use super::albedo::{Albedos, Precision};
-use super::batch::{Batch, pick_samples};
+use super::batch::{Batch, pick_means, pick_samples};
 use super::evolve::{Start, evolve};
 use super::kept::{Finished, Kept};
 use super::recover::random_point;
@@ -27,6 +27,9 @@ use crate::method::is_held_back;
 const FEW: usize = 384;
 /// Largest number of samples of the later steps; models have few parameters.
 const MANY: usize = 2048;
+/// Number of pairs of directions that means of the first and the later steps refer to, at most.
+const FEW_PAIRS: usize = 4096;
+const MANY_PAIRS: usize = 1 << 14;
 /// Number of starts of each kind in the first generation.
 const STARTS: u32 = 7;
 /// Starts below this number are drawn from the prior, except the first, which has the model's
@@ -80,6 +83,8 @@ pub struct Analytic {
     pub(super) evaluations: u64,
     /// Mean square below which fits are equally good.
     equal: f64,
+    /// True if only isotropic models can be compared with the samples.
+    is_isotropic: bool,
     /// The best fits so far, the most probable first.
     pub(super) kept: Vec<Kept>,
 }
@@ -99,24 +104,33 @@ impl Analytic {
     /// genomes and the seed.
     #[must_use]
     pub fn new(samples: &Samples, kinds: Vec<ModelKind>, given: &[Genome], seed: u64) -> Self {
-        let (held, fitted): (Vec<usize>, Vec<usize>) =
-            (0..samples.len()).partition(|at| is_held_back(*at));
-        let batch = |indices: &[usize], count| {
-            Batch::new(samples, &pick_samples(samples, indices, count)).with_lower_bounds(samples)
+        let means = samples.means();
+        let split = |count: usize| -> (Vec<usize>, Vec<usize>) {
+            (0..count).partition(|at| is_held_back(*at))
         };
+        let ((held, fitted), (held_means, fitted_means)) =
+            (split(samples.len()), split(means.len()));
+        let batch = |count, pairs| {
+            Batch::new(samples, &pick_samples(samples, &fitted, count))
+                .with_lower_bounds(samples)
+                .with_means(pick_means(means, &fitted_means, (count, pairs)))
+        };
+        let is_sample = |at: &usize| means.values()[*at].is_sample();
         let all: Vec<usize> = (0..samples.len()).collect();
-        let weighted = samples.weighted();
-        let logs = weighted.as_flattened().iter().map(|f| libm::log1p(f.max(0.0)));
+        let observed = samples.observed();
+        let logs = observed.as_flattened().iter().map(|f| libm::log1p(f.max(0.0)));
         let equal = EQUAL * EQUAL * logs.map(|log| log * log).sum::<f64>();
-        let equal = equal / (3 * samples.len().max(1)) as f64;
+        let equal = equal / (3 * observed.len().max(1)) as f64;
         Self {
             seed,
             kinds,
             given: given.to_vec(),
-            few: batch(&fitted, FEW),
-            all: batch(&fitted, MANY),
-            held: Batch::new(samples, &held),
-            whole: Batch::new(samples, &all).with_lower_bounds(samples),
+            few: batch(FEW, FEW_PAIRS),
+            all: batch(MANY, MANY_PAIRS),
+            held: Batch::new(samples, &held)
+                .with_means(means.select(held_means.into_iter().filter(is_sample))),
+            whole: Batch::new(samples, &all).with_lower_bounds(samples).with_means(means.clone()),
+            is_isotropic: means.is_isotropic(),
             albedos: Arc::new(Albedos::new()),
             generation: 0,
             evaluations: 0,
@@ -182,7 +196,10 @@ impl Analytic {
                 (space, fit, score)
             })
             .collect();
-        let given = self.given.iter().filter_map(from_genome).collect::<Vec<_>>();
+        let is_comparable =
+            |(space, _): &(Space, _)| !(self.is_isotropic && space.form.is_anisotropic());
+        let given = self.given.iter().filter_map(from_genome).filter(is_comparable);
+        let given = given.collect::<Vec<_>>();
         let mut better = Vec::new();
         for part in started.chunks(STARTS as usize) {
             let mut part = part.to_vec();
@@ -221,8 +238,8 @@ impl Analytic {
                     4 | 5 if !kinds.is_empty() => with_second_model(parent, kinds, &mut stream)
                         .unwrap_or_else(|| perturbed(parent, &mut stream)),
                     6 => match parent.space.form.to_anisotropic() {
-                        Some(form) => in_form(parent, form),
-                        None => perturbed(parent, &mut stream),
+                        Some(form) if !self.is_isotropic => in_form(parent, form),
+                        _ => perturbed(parent, &mut stream),
                     },
                     _ if !kinds.is_empty() => {
                         let kind = kinds[stream.below(kinds.len() as u32) as usize];

@@ -90,6 +90,7 @@ impl Case {
             picture,
             mask: None,
             is_gain_unknown: false,
+            refine: brood_scene::Refine::default(),
             clip_from,
         };
         ImageView::new(&view).map(|(view, _)| view)

@@ -24,7 +24,8 @@ pub struct PixelCounts {
     pub unlit: u64,
     /// Pixels at the edge of a shadow.
     pub half_lit: u64,
-    /// Pixels lit by several lights, which cannot be separated.
+    /// Pixels lit from several directions: by several lights, a light with an area or an
+    /// environment. Models are fitted to them (strategy `analytic`), not other programs.
     pub several_lights: u64,
     /// Pixels with light or eye near the horizon.
     pub grazing: u64,
@@ -47,7 +48,7 @@ pub enum PixelStatus {
     Unlit,
     /// At the edge of a shadow.
     HalfLit,
-    /// Lit by several lights.
+    /// Lit from several directions; models are fitted to it.
     SeveralLights,
     /// Light or eye near the horizon.
     Grazing,
@@ -58,7 +59,19 @@ pub(super) enum PixelReading {
     Sample(DirectionPair, [f64; 3]),
     /// A lower bound of f.
     LowerBound(DirectionPair, [f64; 3]),
+    /// Lit from several directions.
+    Several,
+    /// The same, with a lower bound of its radiance.
+    SeveralBound,
     Unusable(PixelStatus),
+}
+
+impl PixelStatus {
+    /// True if models are fitted to such pixels.
+    #[must_use]
+    pub fn is_usable(self) -> bool {
+        matches!(self, Self::Used | Self::SeveralLights)
+    }
 }
 
 /// Indices of the pixel and its neighbours up to `reach` rows and columns away, in a picture of
@@ -75,7 +88,20 @@ pub(super) fn around(
 }
 
 impl PixelCounts {
-    pub(super) fn add(&mut self, status: PixelStatus) {
+    /// Counts pixels by status.
+    pub(super) fn of(statuses: &[PixelStatus]) -> Self {
+        let mut counts = Self { pixels: statuses.len() as u64, ..Self::default() };
+        statuses.iter().for_each(|status| counts.add(*status));
+        counts
+    }
+
+    /// Number of pixels that models are fitted to.
+    #[must_use]
+    pub fn usable(&self) -> u64 {
+        self.used + self.several_lights
+    }
+
+    fn add(&mut self, status: PixelStatus) {
         *match status {
             PixelStatus::Used => &mut self.used,
             PixelStatus::Masked => &mut self.masked,
@@ -100,7 +126,7 @@ impl fmt::Display for PixelCounts {
             (self.clipped, "clipped"),
             (self.unlit, "unlit"),
             (self.half_lit, "partly in shadow"),
-            (self.several_lights, "lit by several lights"),
+            (self.several_lights, "lit from several directions"),
             (self.grazing, "at grazing angles"),
         ];
         let mut before = " ";

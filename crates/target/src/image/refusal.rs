@@ -3,11 +3,10 @@
 use brood_scene::PictureSize;
 
 use super::pixel::PixelCounts;
+use crate::measured::FEWEST;
 
 /// Least width and height of a picture, in pixels.
 pub(super) const SIDE: u32 = 8;
-/// Least number of usable pixels.
-pub(super) const FEWEST: usize = 100;
 
 /// Error of using a picture as a target.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -32,12 +31,12 @@ pub enum ImageTargetError {
     /// The mask excludes every pixel.
     #[error("the mask leaves no pixel; it must be white where the picture is used")]
     MaskEmpty,
-    /// An area light: its directions cannot be separated.
+    /// Uncertainties of a scene with a light that shines from many directions.
     #[error(
-        "the scene has a light of kind {0}, which shines from many directions at once; use point, spot, directional or \
-         ies lights"
+        "the scene has a light of kind {0}, which shines from many directions at once; such scenes \
+         cannot be corrected yet, so leave out `refine`"
     )]
-    Light(&'static str),
+    Refine(&'static str),
     /// A tone curve that cannot be inverted.
     #[error(
         "the scene's tone curve is {0}, which cannot be undone; give the picture as linear EXR, or with the curve none or reinhard"
@@ -55,6 +54,6 @@ pub enum ImageTargetError {
     #[error("no light of the scene reaches anything that the camera sees")]
     Unlit,
     /// Too few usable pixels.
-    #[error("{used} pixels can be used and {FEWEST} are needed: {0}", used = .0.used)]
+    #[error("{usable} pixels can be used and {FEWEST} are needed: {0}", usable = .0.usable())]
     Few(PixelCounts),
 }

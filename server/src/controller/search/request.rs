@@ -3,7 +3,7 @@
 use brood_genome::Dialect;
 use brood_protocol::{
     Budget, CreateSearch, IndividualId, JobId, Lineage, LineageId, SearchOptions, SearchState,
-    Seed, encode,
+    Seed, Target, encode,
 };
 use brood_scene::Scene;
 use brood_storage::{NewSearch, StorageError, StoredSearch};
@@ -53,8 +53,15 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
     };
     check_name(&name)?;
     let is_picture = target.kind == TargetKind::Image.name();
+    let (used, several) = pixels(&target);
+    let has_few = Strategy::Hybrid.check_pixels(used, several).is_err();
+    // Sums of models cannot continue from programs.
+    let is_analytic = has_few || (is_picture && asked.start.is_empty());
+    let preferred = Strategy::of_target(is_analytic);
     let Start { genomes, dialect, strategy } =
-        start(app, &asked.start, requested, is_picture).await?;
+        start(app, &asked.start, requested, preferred).await?;
+    let fits = strategy.check_pixels(used, several);
+    fits.map_err(|error| refuse("/strategy", error.to_string()))?;
     let given = match asked.lineage {
         Some(id) => Some(lineage(app, id, dialect).await?),
         None => None,
@@ -150,6 +157,15 @@ fn strategy(name: &str) -> Result<Option<Strategy>, ApiError> {
     known.map_err(|error| ApiError::refused(error.to_string()).at("/strategy"))
 }
 
+/// Numbers of pixels of a target's fitted views: those that one light reaches, and those that are
+/// lit from several directions.
+fn pixels(target: &Target) -> (u64, u64) {
+    let fitted = target.views.iter().filter(|view| !view.held_out);
+    fitted.fold((0, 0), |(used, several), view| {
+        (used + view.pixels.used, several + view.pixels.several_lights)
+    })
+}
+
 async fn lineage(app: &App, id: LineageId, needed: Dialect) -> Result<Lineage, ApiError> {
     let lineage = app.store.lineage(id).await.map_err(|error| match error {
         StorageError::NotFound => {
@@ -183,14 +199,12 @@ async fn start(
     app: &App,
     individuals: &[IndividualId],
     requested: Option<Strategy>,
-    is_picture: bool,
+    preferred: Strategy,
 ) -> Result<Start, ApiError> {
     if individuals.len() > limit::SEARCH_START {
         let words = format!("`start` must have at most {} items", limit::SEARCH_START);
         return Err(ApiError::refused(words).at("/start"));
     }
-    // Sums of models cannot continue from programs.
-    let preferred = Strategy::of_target(is_picture && individuals.is_empty());
     let (mut found, mut strategy) = (Strategy::DIALECT, requested.unwrap_or(preferred));
     let mut genomes = Vec::with_capacity(individuals.len());
     for (index, id) in individuals.iter().enumerate() {

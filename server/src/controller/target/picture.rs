@@ -66,19 +66,21 @@ pub(super) async fn read(
         );
         return Err(ApiError::refused(words).at(all_at));
     }
-    let mut profiles = BTreeMap::new();
+    let mut files = LightFiles::default();
     let (mut scenes, mut meshes) = (Vec::with_capacity(asked.len()), BTreeMap::new());
     for one in &asked {
         let scene = scene(app, one).await?;
         let mesh = mesh(app, &scene, &mut meshes).await?;
-        take_profiles(app, &scene, &mut profiles).await?;
+        files.take(app, &scene).await?;
         scenes.push((scene, mesh));
     }
     let pictures = asked.clone();
     let read = read_blocking(if rays > LARGE_RAYS { READ_PERMITS } else { 1 }, move || {
         let views = pictures.into_iter().zip(scenes).map(RequestedView::bundled).collect();
         // Parsed from the encoded bundle, which is what workers will read.
-        ParsedTarget::read(TargetKind::Image, PictureBundle { views, profiles }.encode()?)
+        let LightFiles { profiles, environments } = files;
+        let bundle = PictureBundle { views, profiles, environments };
+        ParsedTarget::read(TargetKind::Image, bundle.encode()?)
     });
     read.await?.map_err(|error| refusal(&error, &asked, all_at))
 }
@@ -228,20 +230,28 @@ async fn mesh(
     }))
 }
 
-/// Collects the profiles of a scene's lights. Environments are not allowed in targets: they light
-/// from many directions at once.
-async fn take_profiles(
-    app: &App,
-    scene: &Scene,
-    profiles: &mut BTreeMap<String, Vec<u8>>,
-) -> Result<(), ApiError> {
-    for (asset, _) in scene.assets() {
-        let AssetRef::Profile(name) = asset else { continue };
-        if let Entry::Vacant(place) = profiles.entry(name.to_owned()) {
-            place.insert(scene_asset::file(&app.store, name).await?);
+/// Files of the lights of all scenes, by their names.
+#[derive(Default)]
+struct LightFiles {
+    profiles: BTreeMap<String, Vec<u8>>,
+    environments: BTreeMap<String, Vec<u8>>,
+}
+
+impl LightFiles {
+    /// Adds the files of a scene's lights.
+    async fn take(&mut self, app: &App, scene: &Scene) -> Result<(), ApiError> {
+        for (asset, _) in scene.assets() {
+            let (name, files) = match asset {
+                AssetRef::Profile(name) => (name, &mut self.profiles),
+                AssetRef::Environment(name) => (name, &mut self.environments),
+                AssetRef::Image(_) => continue,
+            };
+            if let Entry::Vacant(place) = files.entry(name.to_owned()) {
+                place.insert(scene_asset::file(&app.store, name).await?);
+            }
         }
+        Ok(())
     }
-    Ok(())
 }
 
 /// Returns why pictures are refused, with a pointer into the spec.
@@ -275,7 +285,8 @@ fn pointer(error: &ViewError, one: &RequestedView) -> String {
             | ImageTargetError::NotFinite(..)
             | ImageTargetError::Few(_) => one.picture_at.clone(),
             ImageTargetError::MaskSize { .. } | ImageTargetError::MaskEmpty => at("/mask"),
-            ImageTargetError::Light(_) | ImageTargetError::Unlit => at("/scene/lights"),
+            ImageTargetError::Refine(_) => at("/refine"),
+            ImageTargetError::Unlit => at("/scene/lights"),
             ImageTargetError::ClipFrom(_) => at("/clip_from"),
             ImageTargetError::Tone(_) => at("/scene/film/tone"),
             ImageTargetError::Nothing => at("/scene/camera"),

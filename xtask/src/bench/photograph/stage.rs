@@ -19,10 +19,17 @@ pub enum Grade {
     Codes,
     /// The same, and light and camera differ from those stated.
     Misaligned,
+    /// Linear and as stated, in an environment instead of under a point light.
+    Environment,
 }
 
 impl Grade {
-    pub const ALL: [Self; 3] = [Self::Exact, Self::Codes, Self::Misaligned];
+    pub const ALL: [Self; 4] = [Self::Exact, Self::Codes, Self::Misaligned, Self::Environment];
+
+    /// File of the light, beside the pictures; `None` for a point light.
+    pub fn light_file(self) -> Option<&'static str> {
+        (self == Self::Environment).then_some("environment.hdr")
+    }
 
     /// Name in tables and on the command line.
     pub fn name(self) -> &'static str {
@@ -30,6 +37,7 @@ impl Grade {
             Self::Exact => "exact",
             Self::Codes => "codes",
             Self::Misaligned => "misaligned",
+            Self::Environment => "environment",
         }
     }
 }
@@ -56,6 +64,9 @@ const LIGHTS: [[f64; 3]; 8] = [
 const TESTS: [[f64; 3]; 3] = [[2.8, 3.2, 2.2], [-1.0, 0.4, 4.8], [-4.2, 1.8, 0.6]];
 /// Intensity of a light, in W/sr.
 const INTENSITY: f64 = 80.0;
+/// Rotation of the environment in the first picture, which is none for Mitsuba, and from one
+/// picture to the next, in degrees.
+const ROTATION_DEG: [f64; 2] = [180.0, 100.0];
 
 impl Object {
     pub const ALL: [Self; 2] = [Self::Sphere, Self::Spot];
@@ -112,12 +123,18 @@ impl Object {
         let light = LIGHTS[number];
         let right = (0.0, 0.0, 0.0);
         let taken = match grade {
-            Grade::Exact | Grade::Codes => right,
+            Grade::Exact | Grade::Codes | Grade::Environment => right,
             Grade::Misaligned => (LIGHT_OFF_DEG, CAMERA_OFF_DEG, VIEW_OFF),
         };
-        let noise = (grade != Grade::Exact).then_some(NOISE);
+        let noise = matches!(grade, Grade::Codes | Grade::Misaligned).then_some(NOISE);
+        let (mut stated, mut taken) = (self.scene(light, right), self.scene(light, taken));
+        if let Some(file) = grade.light_file() {
+            let rotation_deg = ROTATION_DEG[0] + ROTATION_DEG[1] * number as f64;
+            let light = json!({"kind": "environment", "image": file, "rotation_deg": rotation_deg});
+            (stated["lights"], taken["lights"]) = (json!([light]), json!([light]));
+        }
         json!({
-            "stated": self.scene(light, right), "taken": self.scene(light, taken),
+            "stated": stated, "taken": taken,
             "noise": noise, "seed": number,
             "refine": (grade == Grade::Misaligned).then(refine),
         })
