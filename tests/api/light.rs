@@ -11,7 +11,7 @@ const PROFILE: &str =
     "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 60\n0 45 90\n0\n100 60 0\n";
 
 /// EXR environment: blue above, red below.
-fn environment() -> Vec<u8> {
+pub fn environment() -> Vec<u8> {
     let pixel = |_, y| image::Rgb(if y < 4 { [0.1f32, 0.2, 2.0] } else { [0.8, 0.1, 0.0] });
     let picture = image::Rgb32FImage::from_fn(16, 8, pixel);
     let mut bytes = Vec::new();

@@ -47,6 +47,7 @@ mod scene_image;
 mod search;
 mod start;
 mod target;
+mod target_environment;
 mod target_picture;
 mod target_refine;
 mod target_render;

@@ -7,6 +7,7 @@
 mod image;
 mod log;
 mod report;
+mod spread;
 
 use std::path::PathBuf;
 use std::time::Instant;
@@ -20,7 +21,7 @@ use brood_genome::{Genome, ModelKind};
 use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
 use brood_scene::{ClipFrom, Exposure, PixelArea, Refine};
-use brood_search::{Found, Options, Outcome, Progress, Search};
+use brood_search::{Found, Options, Outcome, Progress, Search, Spread};
 use brood_target::{MeasuredTarget, PixelCounts, Strategy};
 use brood_worker::Renderer;
 use clap::Args;
@@ -30,6 +31,7 @@ use crate::frame::FrameArgs;
 use crate::front;
 use log::Log;
 use report::Report;
+use spread::SpreadReport;
 
 /// Default budget in seconds, and the least that is left to the search after scenes were corrected.
 const SECONDS: f64 = 10.0;
@@ -139,7 +141,8 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         (None, measured) => measured.expect("a target is pictures or a measurement"),
     };
     let rest = (seconds - begun.elapsed().as_secs_f64()).max(LEAST_SECONDS);
-    let (outcome, progress) = pool.install(|| search(args, strategy, &target, rest))?;
+    let Searched { outcome, progress, spread } =
+        pool.install(|| search(args, strategy, &target, rest))?;
     let seconds = begun.elapsed().as_secs_f64();
     let front =
         pool.install(|| Found::all(&outcome.front, &target)).context("evaluate the front")?;
@@ -160,7 +163,15 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         "strategy": strategy.name(), "seed": seed, "threads": threads, "generations": progress.generation,
         "evaluations": progress.evaluations, "seconds": seconds,
     });
+    let spread = images.as_ref().zip(spread).map(|(images, spread)| {
+        let seen = (images.first(), &target);
+        pool.install(|| SpreadReport::write(&spread, seen, &args.output))
+    });
+    let spread = spread.transpose()?;
     let mut report_json = report.json(&run);
+    if let Some(spread) = &spread {
+        report_json["spread"] = spread.json.clone();
+    }
     if let Some(images) = &images {
         report_json["target"]["pixels"] = serde_json::json!(images.counts());
         report_json["corrections"] = image::corrections(images.corrections());
@@ -175,8 +186,9 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let pictures_text = images.map_or_else(String::new, |images| {
         image::corrections_text(images.corrections()) + &image::text(&views, images.counts())
     });
+    let spread_text = spread.map_or_else(String::new, |spread| spread.text);
     output::print(&format!(
-        "{}{pictures_text}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
+        "{}{pictures_text}{spread_text}{} generations in {seconds:.1} s on {threads} threads; {} holds best.brood, best.png beside target.png, \
          front.csv with its genomes, and report.json\n",
         report.text(),
         progress.generation,
@@ -202,13 +214,22 @@ fn row(found: &Found) -> (&Genome, [(&'static str, Cell); 4]) {
     (&found.genome, columns)
 }
 
-/// Searches until the budget is spent; also returns the progress of the last generation.
+/// Result of a search.
+struct Searched {
+    outcome: Outcome,
+    /// Progress of the last generation.
+    progress: Progress,
+    /// Materials that match as well; `None` if the strategy has no probabilities.
+    spread: Option<Spread>,
+}
+
+/// Searches until the budget is spent.
 fn search(
     args: &FitArgs,
     strategy: Strategy,
     target: &MeasuredTarget,
     seconds: f64,
-) -> Result<(Outcome, Progress)> {
+) -> Result<Searched> {
     let FitArgs { seed, mirrored: is_mirrored, .. } = *args;
     let options = Options { strategy, seed, is_mirrored, start: Vec::new() };
     let budget = args.generations.map_or(FitBudget::Seconds(seconds), FitBudget::Generations);
@@ -239,7 +260,8 @@ fn search(
     });
     spinner.finish_and_clear();
     log.map_or(Ok(()), Log::finish)?;
-    found.context("the search found nothing")
+    let (outcome, progress) = found.context("the search found nothing")?;
+    Ok(Searched { outcome, progress, spread: Spread::of(&search) })
 }
 
 /// Writes pictures of the target and of the best genome, at the exposure of the target.

@@ -7,12 +7,13 @@ use std::convert::Infallible;
 use brood_brdf::Brdf;
 use brood_eval::{
     Developed, Gain, LitBackdrop, RadianceImage, Refinement, RoughTile, develop, develop_samples,
-    model_reflectance, refine_radiance, rough_tiles, shade,
+    is_prefilterable, model_reflectance, refine_radiance, rough_tiles, shade,
 };
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
 use brood_scene::{
-    Exposure, LobeShape, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene,
+    Exposure, LightTerms, LobeShape, PictureSize, PixelArea, PixelTerms, Raster, SampleSet,
+    Sampling, Scene,
 };
 
 use crate::{LinearImage, Specimen};
@@ -28,6 +29,11 @@ pub trait Shade {
     /// `out` is resized to `3 * set.len()`: all red values in the order of the samples, then all
     /// green, then all blue.
     fn shade(&self, set: &SampleSet, out: &mut Vec<f32>);
+
+    /// True if it is known to be isotropic and the same everywhere.
+    fn is_prefilterable(&self) -> bool {
+        false
+    }
 }
 
 impl Shade for dyn Brdf + '_ {
@@ -39,6 +45,13 @@ impl Shade for dyn Brdf + '_ {
 impl Shade for Specimen<'_> {
     fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
         Specimen::shade(self, set, out);
+    }
+
+    fn is_prefilterable(&self) -> bool {
+        match self {
+            Specimen::Bred(_, program) => is_prefilterable(program),
+            Specimen::Measured(_) => false,
+        }
     }
 }
 
@@ -118,13 +131,22 @@ impl Shot<'_> {
         Picture { developed: backdrop.behind(developed), radiance, samples }
     }
 
-    /// Renders a material in bands, for scenes with many samples of light per pixel. Without shadows
-    /// the light of environments has no noise. Rough pixels are not resampled.
+    /// Renders a material in bands, for scenes with many samples of light per pixel. The light of
+    /// environments has no noise if it casts no shadows or the material is prefilterable; in the
+    /// latter case light is that at the centres of pixels. Rough pixels are not resampled.
     pub fn take_in_bands(&self, material: &(impl Shade + ?Sized)) -> Picture {
         let PictureSize { width, height } = self.size_px;
         let (mut bands, mut f, mut samples) = (Vec::new(), Vec::new(), 0);
         for y in (0..height).step_by(BAND as usize) {
-            let set = self.band(PixelArea { x: 0, y, width, height: BAND.min(height - y) });
+            let area = PixelArea { x: 0, y, width, height: BAND.min(height - y) };
+            let has_shadows = self.scene.has_environment() && !self.scene.is_prefilterable();
+            if has_shadows && material.is_prefilterable() {
+                let (band, count) = self.band_of_terms(area, material);
+                samples += count;
+                bands.push(band);
+                continue;
+            }
+            let set = self.band(area);
             material.shade(&set, &mut f);
             samples += set.len();
             bands.push(shade(&set, &f));
@@ -134,6 +156,37 @@ impl Shot<'_> {
         let view = (self.scene, self.mesh, self.assets);
         let backdrop = LitBackdrop::new(view, self.size_px, PixelArea::whole(self.size_px));
         Picture { developed: backdrop.behind(developed), radiance, samples }
+    }
+
+    /// Renders a part of the picture by the light at the centres of pixels; also returns the number
+    /// of pairs at which the material was evaluated.
+    fn band_of_terms(
+        &self,
+        area: PixelArea,
+        material: &(impl Shade + ?Sized),
+    ) -> (RadianceImage, usize) {
+        let Self { mesh, scene, assets, size_px, sampling } = *self;
+        // One light at the eye shows which share of a pixel the object covers.
+        let raster = Raster { size_px, sampling, area };
+        let covered = SampleSet::render_with_assets(mesh, &scene.lit_from_eye(), assets, raster);
+        let mut image = shade(&covered, &vec![0.0; 3 * covered.len()]);
+        let place = |at: u32| (area.x + at % area.width, area.y + at / area.width);
+        let pixels: Vec<(u32, u32)> = (0..area.width * area.height).map(place).collect();
+        let light = LightTerms::render(mesh, scene, assets, size_px, &pixels);
+        let mut f = Vec::new();
+        material.shade(&SampleSet::from_pairs(&light.pairs, &[]), &mut f);
+        let count = light.pairs.len();
+        let radiance = |(at, pixel): (usize, &PixelTerms)| {
+            let mut sum = [0.0; 3];
+            for (pair, irradiance) in &pixel.terms {
+                let f = [0, 1, 2].map(|channel| f[channel * count + *pair as usize]);
+                sum = [0, 1, 2].map(|c| sum[c] + f[c].max(0.0) * irradiance[c]);
+            }
+            sum.map(|channel| channel * image.coverage()[at])
+        };
+        let lit: Vec<[f32; 3]> = light.pixels.iter().enumerate().map(radiance).collect();
+        image.add(&lit);
+        (image, count)
     }
 
     /// Returns the samples of a part of the picture; environments as directions of mean radiance

@@ -1,6 +1,6 @@
 //! Corrections of a scene: other directions and distances of lights and camera.
 
-use brood_light::LightMove;
+use brood_light::{Light, LightAssets, LightMove, LightSampler};
 use brood_mesh::angle::rotated_deg;
 use brood_mesh::{Mesh, UnitFrame};
 use glam::DVec3;
@@ -62,6 +62,23 @@ impl Scene {
             _ => self.camera.clone(),
         };
         Self { lights, camera, ..self.clone() }
+    }
+}
+
+impl Scene {
+    /// Returns the direction of the first light without size as seen from the centre of the mesh,
+    /// with the eye in front: to the right and upwards from the direction to the eye, in degrees.
+    #[must_use]
+    pub fn lamp_from_eye_deg(&self, mesh: &Mesh, assets: &LightAssets) -> Option<[f64; 2]> {
+        let at = self.lights.iter().position(Light::is_movable)?;
+        let frame = UnitFrame::new(mesh, self.scale, self.rotation_deg);
+        let lamp = &LightSampler::all(&self.lights, self.light_deg, assets, &frame)[at];
+        let towards = lamp.central(frame.pivot(), None)?.towards?;
+        let back = -frame.direction(DVec3::from(self.camera.direction()));
+        let right = frame.direction(DVec3::Y).cross(back).try_normalize()?;
+        let up = back.cross(right);
+        let [x, y, z] = [right, up, back].map(|axis| axis.dot(towards));
+        Some([libm::atan2(x, z), libm::asin(y.clamp(-1.0, 1.0))].map(f64::to_degrees))
     }
 }
 
@@ -133,6 +150,28 @@ mod tests {
             assert!(matches!(corrected.camera, Camera::LookAt(_)));
             assert_eq!(covered(&mesh, &scene), covered(&mesh, &corrected), "{json}");
             assert_eq!(scene.corrected(&mesh, 64, &none(&scene)).camera, scene.camera);
+        }
+    }
+
+    #[test]
+    fn lamp_is_seen_from_the_eye() {
+        let mesh = Mesh::builtin(BuiltinMesh::Knob);
+        let seen = |position: [f64; 3]| {
+            let scene = scene(&format!(
+                r#"{{"camera": {{"orbit_deg": [90, 0]}}, "rotation_deg": [10, 20, 30],
+                    "lights": [{{"kind": "point", "position": {position:?}}}]}}"#
+            ));
+            scene.lamp_from_eye_deg(&mesh, &LightAssets::default()).unwrap()
+        };
+        // The eye is at +x, so -z is to the right.
+        for (position, wanted) in [
+            ([4.0, 0.0, 0.0], [0.0, 0.0]),
+            ([0.0, 0.0, -4.0], [90.0, 0.0]),
+            ([4.0, 4.0, 0.0], [0.0, 45.0]),
+        ] {
+            let found = seen(position);
+            let off = (0..2).map(|k| (found[k] - wanted[k]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-9, "{position:?} {found:?}");
         }
     }
 

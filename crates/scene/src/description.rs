@@ -135,6 +135,15 @@ impl Scene {
         self.has_environment() && !(self.shadows && self.lights.iter().any(casts))
     }
 
+    /// Returns the scene with one light at the eye instead of its own, which shows where pixels see
+    /// the surface evenly.
+    #[must_use]
+    pub fn lit_from_eye(&self) -> Self {
+        let direction = Some(self.camera.direction());
+        let light = Light::Directional(DirectionalLight { direction, strength: None });
+        Self { lights: vec![light], light_deg: 0.0, shadows: false, ..self.clone() }
+    }
+
     /// True if there are other objects or a ground.
     #[must_use]
     pub fn has_surroundings(&self) -> bool {

@@ -9,7 +9,8 @@
 //! `schedule` runs the generations of a search over forms. `vary` makes its starting points,
 //! `refine` and `evolve` optimise, `residual` evaluates models and their derivatives on samples,
 //! `albedo` has the quadratures of directional albedos, `prior` the probability of parameters.
-//! `recover` fits one given form.
+//! `recover` fits one given form, `posterior` draws materials that match the samples as well as
+//! the best.
 
 mod albedo;
 mod batch;
@@ -18,6 +19,7 @@ mod coordinate;
 mod evolve;
 mod form;
 mod kept;
+mod posterior;
 mod prior;
 mod recover;
 mod refine;
@@ -26,6 +28,7 @@ mod schedule;
 mod vary;
 
 pub use form::{Form, LobeForm};
+pub(crate) use posterior::OPEN_INDEPENDENT;
 pub use recover::{Recovered, Recovery};
 pub(crate) use residual::{ROW, Space, Workspace};
 pub use schedule::{Analytic, default_kinds};

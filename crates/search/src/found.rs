@@ -73,11 +73,12 @@ impl Found {
     }
 }
 
-fn limited(program: Program, divisor: f64) -> Program {
+/// Returns the program under the energy limit of that divisor.
+pub(crate) fn limited(program: Program, divisor: f64) -> Program {
     if divisor > 1.0 { program.divided(divisor) } else { program }
 }
 
-/// What was observed, and the same of a program.
+/// Observations, and the same of a program.
 fn pair(program: &Program, samples: &Samples) -> Result<[Vec<[f64; 3]>; 2], EvalError> {
     Ok([samples.observed(), samples.observed_of(program)?])
 }

@@ -41,6 +41,7 @@ mod picture_tests;
 mod probe;
 mod search;
 mod solve;
+mod spread;
 #[cfg(test)]
 mod test_material;
 mod time_budget;
@@ -49,7 +50,8 @@ pub use ask::{AskOptions, AskTell, Evaluated, TellError};
 pub use calibration::{Calibrated, Corrected, calibrate};
 pub use found::Found;
 pub use gp::Population;
-pub use method::{Candidate, Outcome, Progress};
+pub use method::{Candidate, Outcome, Posterior, Progress};
 pub use probe::Probe;
 pub use search::{Options, Search, SearchError};
+pub use spread::{NextPicture, Spread, SpreadMap};
 pub use time_budget::TimeBudget;

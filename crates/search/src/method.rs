@@ -93,6 +93,15 @@ impl Outcome {
     }
 }
 
+/// Materials that match samples about as well as the best.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Posterior {
+    /// The materials, under the energy limit; some may be equal.
+    pub genomes: Vec<Genome>,
+    /// Mean squared error of observations that they were drawn with.
+    pub error: f64,
+}
+
 /// Callback that returns true while there is time for more work.
 pub(crate) type HasTime<'a> = dyn FnMut() -> bool + 'a;
 
@@ -114,6 +123,12 @@ pub(crate) trait Method: Send {
     /// once before the part that is always done, and before each optional part, which it skips from
     /// the first `false` on.
     fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome>;
+
+    /// Materials drawn from what the samples leave open; `None` if the strategy has no
+    /// probabilities.
+    fn posterior(&self, _count: usize) -> Option<Posterior> {
+        None
+    }
 
     /// True if [`Method::finish`] has no fits to shorten, and so takes next to no time.
     fn finishes_quickly(&self) -> bool {

@@ -8,7 +8,7 @@ use crate::analytic::{Analytic, default_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
 use crate::lobes::Fit;
-use crate::method::{Candidate, Method, Outcome, Progress};
+use crate::method::{Candidate, Method, Outcome, Posterior, Progress};
 use crate::{Population, Probe};
 
 /// Sizes (units, terms) of the family of lobes that are tried.
@@ -141,6 +141,14 @@ impl Search {
     #[must_use]
     pub fn finish_while(&self, mut has_time: impl FnMut() -> bool) -> Option<Outcome> {
         self.method.finish(&mut has_time)
+    }
+
+    /// Draws `count` materials that match the samples about as well as the best: what samples and
+    /// prior leave open. `None` before the first generation and for other strategies than
+    /// [`Strategy::Analytic`].
+    #[must_use]
+    pub fn posterior(&self, count: usize) -> Option<Posterior> {
+        self.method.posterior(count)
     }
 
     /// True if [`Search::finish`] takes next to no time.

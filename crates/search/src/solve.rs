@@ -26,6 +26,12 @@ pub(crate) fn forward(upper: &[f64], mut x: Vec<f64>) -> Vec<f64> {
     x
 }
 
+/// Solves U y = x for U of [`factor`].
+pub(crate) fn backward(upper: &[f64], mut x: Vec<f64>) -> Vec<f64> {
+    backwards(upper, &mut x);
+    x
+}
+
 struct Solve<'a> {
     matrix: Vec<f64>,
     right: &'a [f64],
@@ -40,11 +46,7 @@ impl SimdKernel for Solve<'_> {
         let upper = decompose(self.matrix, count)?;
         let mut x = self.right.to_vec();
         forwards(&upper, &mut x, 0);
-        for row in (0..count).rev() {
-            let own = &upper[row * count..][row..count];
-            let later: f64 = own[1..].iter().zip(&x[row + 1..]).map(|(a, x)| a * x).sum();
-            x[row] = (x[row] - later) / own[0];
-        }
+        backwards(&upper, &mut x);
         Some(x)
     }
 }
@@ -108,6 +110,17 @@ fn forwards(upper: &[f64], x: &mut [f64], first: usize) {
         for (x, factor) in x[row + 1..].iter_mut().zip(&own[1..]) {
             *x -= factor * known;
         }
+    }
+}
+
+/// Solves U y = x in place.
+#[inline(always)]
+fn backwards(upper: &[f64], x: &mut [f64]) {
+    let count = x.len();
+    for row in (0..count).rev() {
+        let own = &upper[row * count..][row..count];
+        let later: f64 = own[1..].iter().zip(&x[row + 1..]).map(|(a, x)| a * x).sum();
+        x[row] = (x[row] - later) / own[0];
     }
 }
 

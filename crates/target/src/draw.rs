@@ -99,6 +99,15 @@ fn by_half(stream: &mut Stream) -> (DVec3, DVec3) {
     from_half([theta_h, theta_d, phi_d, phi_h])
 }
 
+/// Pair of directions with these theta_h and theta_d, and phi_d of 90 degrees; `None` if one of them
+/// is below the surface.
+#[must_use]
+pub fn pair_of_half(theta_h: f64, theta_d: f64) -> Option<DirectionPair> {
+    let (wi, wo) = from_half([theta_h, theta_d, FRAC_PI_2, 0.0]);
+    let is_above = wi.z.min(wo.z) >= LEAST_COSINE;
+    is_above.then(|| DirectionPair::new(wi, wo).expect("both directions are unit vectors"))
+}
+
 /// Pair of directions with these angles: theta_h, theta_d, phi_d, phi_h.
 pub(crate) fn from_half([theta_h, theta_d, phi_d, phi_h]: [f64; 4]) -> (DVec3, DVec3) {
     let (sin_h, cos_h) = libm::sincos(theta_h);

@@ -27,7 +27,7 @@ pub use pixel::{PixelCounts, PixelStatus};
 use pixel::{PixelReading, around};
 pub use refusal::ImageTargetError;
 use refusal::SIDE;
-use soft::{SeveralPixel, lit_from_eye, soft_light};
+use soft::{SeveralPixel, soft_light};
 
 /// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
@@ -392,7 +392,7 @@ fn visible(
 ) -> Result<SampleSet, ImageTargetError> {
     let set = match soft_light(scene) {
         None => SampleSet::render_with_assets(mesh, scene, assets, raster),
-        Some(_) => SampleSet::render_with_assets(mesh, &lit_from_eye(scene), assets, raster),
+        Some(_) => SampleSet::render_with_assets(mesh, &scene.lit_from_eye(), assets, raster),
     };
     if set.counts().covered == 0 {
         return Err(ImageTargetError::Nothing);

@@ -1,4 +1,5 @@
-//! Samples of a material: pairs of directions with a reflectance each, and means over several pairs.
+//! Samples of a material: pairs of directions with a reflectance each, and means over several
+//! pairs.
 
 use brood_brdf::{Brdf, DirectionPair};
 use brood_eval::{CanonicalEvaluator, EvalError, Evaluator};
@@ -81,7 +82,7 @@ impl Samples {
         &self.means
     }
 
-    /// What was observed: f cos_i of each pair, then the means of which all channels are known, as
+    /// Observations: f cos_i of each pair, then the means of which all channels are known, as
     /// compared by the metrics.
     #[must_use]
     pub fn observed(&self) -> Vec<[f64; 3]> {
@@ -91,7 +92,7 @@ impl Samples {
         all
     }
 
-    /// What would be observed of a program, in the order of [`Samples::observed`].
+    /// Observations as they would be of a program, in the order of [`Samples::observed`].
     ///
     /// # Errors
     /// Returns [`EvalError`] if the program cannot be evaluated.

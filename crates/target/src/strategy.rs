@@ -33,8 +33,8 @@ impl Strategy {
         if is_picture { Self::Analytic } else { Self::Hybrid }
     }
 
-    /// Checks that a target's pixels suit the strategy: `used` that one light reaches, and `several`
-    /// that are lit from several directions, which only models are fitted to.
+    /// Checks that a target's pixels suit the strategy: `used` that one light reaches, and
+    /// `several` that are lit from several directions, which only models are fitted to.
     ///
     /// # Errors
     /// Returns [`FewPixels`] if they do not.

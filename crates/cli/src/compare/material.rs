@@ -62,4 +62,8 @@ impl Shade for NamedMaterial {
     fn shade(&self, set: &SampleSet, out: &mut Vec<f32>) {
         self.specimen().shade(set, out);
     }
+
+    fn is_prefilterable(&self) -> bool {
+        self.specimen().is_prefilterable()
+    }
 }

@@ -289,6 +289,11 @@ impl TargetPictures {
         shown.map(|(index, one)| write((folder, index), one, &subject)).collect()
     }
 
+    /// The first picture.
+    pub fn first(&self) -> &KnownView {
+        &self.read.views[0]
+    }
+
     /// Counts of the pixels by status, over all fitted pictures.
     pub fn counts(&self) -> PixelCounts {
         self.read.counts
@@ -304,7 +309,7 @@ fn write(
     let ViewComparison { wanted, found, error, flip, exposure_ev } =
         ViewComparison::of(known, best);
     let (view, PictureSize { width, height }) = (&known.view, known.size_px());
-    let used = |status: &PixelStatus| [f64::from(u8::from(*status == PixelStatus::Used)); 3];
+    let used = |status: &PixelStatus| [f64::from(u8::from(status.is_usable())); 3];
     let used = LinearImage::new(width, height, view.statuses().iter().map(used).collect());
     let pictures = [
         ("target", &wanted),
@@ -373,7 +378,7 @@ pub fn corrections_text(all: &[Corrected]) -> String {
 
 /// Formats the errors of the pictures for a terminal.
 pub fn text(views: &[Value], counts: PixelCounts) -> String {
-    let mut text = format!("{} pixels used: {counts}\n", counts.used);
+    let mut text = format!("{} pixels used: {counts}\n", counts.usable());
     for view in views {
         let number = |name: &str| view[name].as_f64().unwrap_or(f64::NAN);
         let held = if view["held_out"] == true { ", held out" } else { "" };

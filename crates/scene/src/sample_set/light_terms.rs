@@ -69,15 +69,16 @@ impl LightTerms {
     /// Computes the light at the centres of pixels, columns and rows of a picture of that size.
     ///
     /// Environments have the mean radiance around up to 127 directions per pixel, with shadows
-    /// along these directions. f cos_i cos_o is taken to be linear between 25 angles to the eye. The other lights have their samples, at least 64 if they have an area.
+    /// along these directions. f cos_i cos_o is taken to be linear between 25 angles to the eye.
+    /// The other lights have their samples, at least 64 if they have an area.
     ///
     /// # Domain
     /// Materials that are isotropic if the scene has environments, and homogeneous.
     ///
     /// # Error
     /// For GGX lobes of roughness 0.1 and more under the built-in environments, radiance is within
-    /// 1.2 % of the brightest in the root mean square, 2.5 % with shadows (tested). Bit-identical for any number of
-    /// threads.
+    /// 1.2 % of the brightest in the root mean square, 2.5 % with shadows (tested). Bit-identical
+    /// for any number of threads.
     ///
     /// # Panics
     /// If a pixel is not in the picture.

@@ -9,7 +9,7 @@ use super::residual::Space;
 use super::schedule::Analytic;
 use crate::Probe;
 use crate::levenberg_marquardt::Solution;
-use crate::method::{Candidate, HasTime, Method, Outcome, Progress};
+use crate::method::{Candidate, HasTime, Method, Outcome, Posterior, Progress};
 
 /// State that the next generations depend on besides samples, kinds and seed.
 #[derive(Serialize, Deserialize)]
@@ -37,6 +37,10 @@ impl Method for Analytic {
 
     fn progress(&self) -> Progress {
         Self::progress(self)
+    }
+
+    fn posterior(&self, count: usize) -> Option<Posterior> {
+        Self::posterior(self, count)
     }
 
     fn probe(&self) -> Probe {

@@ -72,7 +72,7 @@ pub struct Analytic {
     pub(super) kinds: Vec<ModelKind>,
     given: Vec<Genome>,
     /// [`FEW`] and [`MANY`] of the training samples.
-    few: Batch,
+    pub(super) few: Batch,
     all: Batch,
     /// Validation samples.
     held: Batch,
@@ -82,7 +82,7 @@ pub struct Analytic {
     pub(super) generation: u32,
     pub(super) evaluations: u64,
     /// Mean square below which fits are equally good.
-    equal: f64,
+    pub(super) equal: f64,
     /// True if only isotropic models can be compared with the samples.
     is_isotropic: bool,
     /// The best fits so far, the most probable first.

@@ -1,7 +1,7 @@
 //! Pixels that light reaches from several directions: under several lights, lights with an area, or
 //! environments. What they show of the material is a mean over these directions.
 
-use brood_light::{DirectionalLight, Light, LightAssets};
+use brood_light::{Light, LightAssets};
 use brood_mesh::Mesh;
 use brood_scene::{LightTerms, PictureSize, Scene};
 
@@ -29,14 +29,6 @@ pub(super) fn soft_light(scene: &Scene) -> Option<&Light> {
         matches!(light, Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Ies(_))
     };
     scene.lights.iter().find(|light| !is_hard(light))
-}
-
-/// Returns the scene with one light at the eye instead of its own, which shows where pixels see the
-/// surface evenly.
-pub(super) fn lit_from_eye(scene: &Scene) -> Scene {
-    let direction = Some(scene.camera.direction());
-    let light = Light::Directional(DirectionalLight { direction, strength: None });
-    Scene { lights: vec![light], light_deg: 0.0, shadows: false, ..scene.clone() }
 }
 
 /// Returns the means of an even choice of pixels, and those of them that no light reaches.

@@ -1,0 +1,148 @@
+//! Measures if the spread of fits of pictures is right: how often it contains the measured material
+//! at directions that the pictures do not show.
+//!
+//! `cargo run --release -p brood-search --example spread -- STEP FILE.json ...`: the files hold the
+//! weights of neural materials, of which every STEP-th is photographed. These materials inform the
+//! prior too, each by less than a hundredth.
+
+use std::error::Error;
+use std::sync::Arc;
+
+use brood_brdf::{Brdf, DirectionPair, Neural};
+use brood_eval::{encode_exr, shade_brdf};
+use brood_light::LightAssets;
+use brood_mesh::{BuiltinMesh, Mesh};
+use brood_scene::{ClipFrom, PictureSize, PixelArea, Raster, Refine, SampleSet, Sampling, Scene};
+use brood_search::{Options, Search, Spread, SpreadMap};
+use brood_target::{
+    KnownView, MeasuredTarget, Pictures, Samples, Strategy, ViewError, ViewSetup, draw_pairs,
+};
+
+const SIZE_PX: PictureSize = PictureSize { width: 64, height: 64 };
+const LAMPS: [[f64; 3]; 3] = [[-2.0, 3.0, 4.0], [3.5, 1.0, 2.5], [0.3, 0.6, 5.0]];
+const GENERATIONS: usize = 3;
+
+type Failure = Box<dyn Error + Send + Sync>;
+
+fn main() -> Result<(), Failure> {
+    let mut arguments = std::env::args().skip(1);
+    let step: usize = arguments.next().ok_or("STEP is missing")?.parse()?;
+    let (mut contained, mut ratios, mut known) = (Vec::new(), Vec::new(), Vec::new());
+    for file in arguments {
+        let bytes = std::fs::read(&file)?;
+        let all: serde_json::Value = serde_json::from_slice(&bytes)?;
+        let all = all["materials"].as_object().ok_or("the file has no materials")?;
+        for (index, name) in all.keys().enumerate().step_by(step) {
+            let material = Neural::read(&bytes, name)?;
+            let lamp = LAMPS[index / step % LAMPS.len()];
+            let found = measured(&material, lamp)?;
+            println!(
+                "{name}: {:.0} % within the spread, error {:.4}, spread {:.4}; seen {:.0} %",
+                100.0 * found.contained,
+                found.error,
+                found.spread,
+                100.0 * found.contained_seen
+            );
+            contained.push(found.contained);
+            known.push(found.contained_seen);
+            ratios.push(found.error / found.spread);
+        }
+    }
+    let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
+    ratios.sort_by(f64::total_cmp);
+    println!(
+        "{} materials: {:.1} % within the spread where nothing is seen, {:.1} % elsewhere; error over spread {:.2} in the median",
+        contained.len(),
+        100.0 * mean(&contained),
+        100.0 * mean(&known),
+        ratios[ratios.len() / 2]
+    );
+    Ok(())
+}
+
+struct Measured {
+    /// Share of the values at unseen directions that the spread contains, and at seen ones.
+    contained: f64,
+    contained_seen: f64,
+    /// E_log of the best at unseen directions, and the spread there.
+    error: f64,
+    spread: f64,
+}
+
+fn measured(material: &dyn Brdf, lamp: [f64; 3]) -> Result<Measured, Failure> {
+    let (pictures, target) = photographed(material, lamp)?;
+    drop(pictures);
+    let options =
+        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+    let mut search = Search::new(&target.fitted, &options);
+    for _ in 0..GENERATIONS {
+        search.step();
+    }
+    let spread = Spread::of(&search).ok_or("the search has no spread")?;
+    let map = spread.map(&target.fitted)?;
+    let (seen, unseen): (Vec<DirectionPair>, Vec<DirectionPair>) =
+        draw_pairs(4000, 7).into_iter().partition(|pair| is_seen(&map, pair));
+    let [(contained, error, deviation), (contained_seen, _, _)] = [unseen, seen].map(|pairs| {
+        let wanted = logs(&Samples::of(material, pairs.clone()));
+        let rows: Vec<Vec<f32>> = spread
+            .programs()
+            .iter()
+            .map(|program| logs(&Samples::of_program(program, pairs.clone()).unwrap()))
+            .collect();
+        let [low, high] = Spread::range(&rows);
+        let within = (0..wanted.len())
+            .filter(|at| (low[*at] - 1e-4..=high[*at] + 1e-4).contains(&wanted[*at]))
+            .count();
+        let number = wanted.len().max(1) as f64;
+        let (mut error, mut variance) = (0.0, 0.0);
+        for at in 0..wanted.len() {
+            let mean = rows.iter().map(|row| f64::from(row[at])).sum::<f64>() / rows.len() as f64;
+            error += (f64::from(wanted[at]) - mean).powi(2);
+            let squares = rows.iter().map(|row| (f64::from(row[at]) - mean).powi(2));
+            variance += squares.sum::<f64>() / rows.len() as f64;
+        }
+        (within as f64 / number, (error / number).sqrt(), (variance / number).sqrt())
+    });
+    Ok(Measured { contained, contained_seen, error, spread: deviation })
+}
+
+fn is_seen(map: &SpreadMap, pair: &DirectionPair) -> bool {
+    let half = (pair.wi() + pair.wo()).normalize();
+    let cell = |cosine: f64| {
+        ((cosine.min(1.0).acos().to_degrees() / 90.0 * SpreadMap::CELLS as f64) as usize)
+            .min(SpreadMap::CELLS - 1)
+    };
+    map.seen[cell(half.dot(pair.wi())) * SpreadMap::CELLS + cell(half.z)] > 0.0
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "compared at the precision of programs")]
+fn logs(samples: &Samples) -> Vec<f32> {
+    samples.weighted().as_flattened().iter().map(|f| f.max(0.0).ln_1p() as f32).collect()
+}
+
+fn photographed(
+    material: &dyn Brdf,
+    lamp: [f64; 3],
+) -> Result<(Pictures, MeasuredTarget), Failure> {
+    let scene: Scene = serde_json::from_str(&format!(
+        r#"{{"camera": {{"eye": [0, 0.6, 5], "fov_y_deg": 26}}, "lights": [{{"kind": "point", "position": {lamp:?}}}]}}"#
+    ))?;
+    let mesh = Arc::new(Mesh::builtin(BuiltinMesh::Sphere));
+    let sampling = Sampling::Adaptive;
+    let raster = Raster { size_px: SIZE_PX, sampling, area: PixelArea::whole(SIZE_PX) };
+    let set = SampleSet::render_with_assets(&*mesh, &scene, &LightAssets::default(), raster);
+    let picture = encode_exr(&shade_brdf(&set, material))?;
+    let setting = ViewSetup {
+        scene,
+        mesh,
+        assets: LightAssets::default(),
+        sampling,
+        is_gain_unknown: false,
+        clip_from: ClipFrom::Off,
+        crop: None,
+        is_held_out: false,
+        refine: Refine::default(),
+    };
+    let view: Result<_, ViewError> = KnownView::read(setting, &picture, None);
+    Ok(Pictures::gather([view])?)
+}

@@ -1,0 +1,148 @@
+//! The picture that would tell most about a material, among pictures with the light elsewhere.
+//!
+//! The drawn materials say what each picture would show, and how that goes along with the material
+//! at all directions. A picture with errors like those of the fit leaves a part of the spread open,
+//! which is computed as if all were Gaussian: that of an ensemble Kalman filter.
+//!
+//! # Source
+//! Evensen, *The Ensemble Kalman Filter: Theoretical Formulation and Practical Implementation*
+//! (2003).
+
+use brood_eval::EvalError;
+use brood_light::{Light, LightMove};
+use brood_scene::{CameraMove, Correction, LightTerms, PictureSize, Scene};
+use brood_target::{KnownView, LightMeans, Samples};
+use rayon::prelude::*;
+
+use super::{Spread, deviation};
+use crate::analytic::OPEN_INDEPENDENT;
+use crate::solve;
+
+/// Turns of the light to the right and upwards, in degrees.
+const RIGHT_DEG: [f64; 12] =
+    [0.0, 30.0, 60.0, 90.0, 120.0, 150.0, 180.0, -150.0, -120.0, -90.0, -60.0, -30.0];
+const UP_DEG: [f64; 5] = [0.0, 30.0, 60.0, -30.0, -60.0];
+/// Side of the grid of pixels that a picture is judged by.
+const SIDE_PX: u32 = 24;
+
+/// Least cosine of the angle to the eye: pixels at the outline do not count.
+const LEAST_COSINE: f64 = 0.2;
+
+/// A picture that would tell more about a material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NextPicture {
+    /// Its scene: that of a known picture with the light elsewhere.
+    pub scene: Scene,
+    /// Direction of the light as seen from the object with the eye in front: to the right and
+    /// upwards from the eye, in degrees. `None` if the environment is turned instead.
+    pub light_deg: Option<[f64; 2]>,
+    /// Estimated E_log over all directions before and after the picture.
+    pub e_log: [f64; 2],
+}
+
+impl Spread {
+    /// Returns what pictures with the light elsewhere would leave open, the most useful first. Empty
+    /// if the light is neither a lamp without size nor an environment.
+    ///
+    /// # Errors
+    /// Returns [`EvalError`] if a program cannot be evaluated.
+    pub fn next_pictures(&self, view: &KnownView) -> Result<Vec<NextPicture>, EvalError> {
+        let everywhere = self.everywhere()?;
+        let before = deviation(&everywhere);
+        let judge = |scene: Scene| -> Result<Option<NextPicture>, EvalError> {
+            let Some(shown) = self.shown(view, &scene)? else { return Ok(None) };
+            let after = remaining(&shown, &everywhere, self.error);
+            let light_deg = scene.lamp_from_eye_deg(&view.setting.mesh, &view.setting.assets);
+            Ok(Some(NextPicture { scene, light_deg, e_log: [before, after] }))
+        };
+        let judged = scenes(view).into_par_iter().map(judge);
+        let judged: Vec<Option<NextPicture>> = judged.collect::<Result<_, _>>()?;
+        let mut all: Vec<NextPicture> = judged.into_iter().flatten().collect();
+        all.sort_by(|a, b| a.e_log[1].total_cmp(&b.e_log[1]));
+        Ok(all)
+    }
+
+    /// ln(1 + f cos_i) or means of it that the pixels of a picture would show of every material;
+    /// `None` if no pixel is lit.
+    fn shown(&self, view: &KnownView, scene: &Scene) -> Result<Option<Vec<Vec<f64>>>, EvalError> {
+        let size_px = PictureSize { width: SIDE_PX, height: SIDE_PX };
+        let pixels: Vec<(u32, u32)> =
+            (0..SIDE_PX * SIDE_PX).map(|at| (at % SIDE_PX, at / SIDE_PX)).collect();
+        let (mesh, assets) = (&*view.setting.mesh, &view.setting.assets);
+        let light = LightTerms::render(mesh, scene, assets, size_px, &pixels);
+        let nothing = vec![([0.0; 3], [true; 3]); pixels.len()];
+        let (means, _) = LightMeans::of_pixels(&light, &nothing);
+        let is_clear = |mean: &usize| {
+            let (first, _) = means.terms(*mean)[0];
+            means.pairs()[first as usize].cos_o() > LEAST_COSINE
+        };
+        let means = means.select((0..means.len()).filter(is_clear));
+        if means.is_empty() {
+            return Ok(None);
+        }
+        let shown = self.each(|program| {
+            let f = Samples::of_program(program, means.pairs().to_vec())?;
+            let means = means.of(f.values());
+            Ok(means.as_flattened().iter().map(|mean| libm::log1p(*mean)).collect())
+        });
+        shown.map(Some)
+    }
+}
+
+/// The scene of a view with its light elsewhere. Lamps without size move together; without them,
+/// environments turn.
+fn scenes(view: &KnownView) -> Vec<Scene> {
+    let scene = &view.setting.scene;
+    let corrected = |right: f64, up: f64| {
+        let by = LightMove { turn_deg: [right, up], distance: 1.0 };
+        let lights = vec![by; scene.lights.len()];
+        let by = Correction { lights, camera: CameraMove::default() };
+        scene.corrected(&view.setting.mesh, view.size_px(), &by)
+    };
+    if scene.lights.iter().any(Light::is_movable) {
+        let places = UP_DEG.iter().flat_map(|up| RIGHT_DEG.map(|right| (right, *up)));
+        return places.skip(1).map(|(right, up)| corrected(right, up)).collect();
+    }
+    if scene.has_environment() {
+        let turned = |by: &f64| Scene { light_deg: scene.light_deg + by, ..scene.clone() };
+        return RIGHT_DEG[1..].iter().map(turned).collect();
+    }
+    Vec::new()
+}
+
+/// Root mean square deviation at all directions that a picture would leave.
+///
+/// # Shapes
+/// One row per material in both.
+fn remaining(shown: &[Vec<f64>], everywhere: &[Vec<f64>], error: f64) -> f64 {
+    let count = shown.len();
+    // All pixels of a picture count as few independent observations, and a picture with few lit
+    // pixels as fewer.
+    let pixels = f64::from(3 * SIDE_PX * SIDE_PX);
+    let scale = OPEN_INDEPENDENT / (pixels * error * count as f64);
+    let (shown, wanted) = (centred(shown), centred(everywhere));
+    let mut matrix = vec![0.0; count * count];
+    for a in 0..count {
+        for b in 0..count {
+            let product: f64 = shown[a].iter().zip(&shown[b]).map(|(a, b)| a * b).sum();
+            matrix[a * count + b] = scale * product + if a == b { 1.0 } else { 0.0 };
+        }
+    }
+    let Some(upper) = solve::factor(matrix, count) else { return deviation(everywhere) };
+    let columns = wanted[0].len();
+    let sum: f64 = (0..columns)
+        .map(|column| {
+            let own = wanted.iter().map(|row| row[column]).collect();
+            solve::forward(&upper, own).iter().map(|value| value * value).sum::<f64>()
+        })
+        .sum();
+    (sum / (count * columns) as f64).sqrt()
+}
+
+/// Rows less their mean.
+fn centred(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let number = rows.len() as f64;
+    let means: Vec<f64> =
+        (0..rows[0].len()).map(|at| rows.iter().map(|row| row[at]).sum::<f64>() / number).collect();
+    rows.iter().map(|row| row.iter().zip(&means).map(|(x, mean)| x - mean).collect()).collect()
+}

@@ -1,0 +1,103 @@
+//! Pictures of what a search leaves open: the darkest and the brightest that a material could be,
+//! and the map of what the samples show.
+
+use brood_eval::{
+    CanonicalEvaluator, Developed, EvalError, Evaluator, Gain, RadianceImage, develop_exposed,
+    shade,
+};
+use brood_scene::{LobeShape, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
+use brood_search::{Spread, SpreadMap};
+use brood_target::KnownView;
+use rayon::prelude::*;
+
+/// Largest side of a picture: under lamps without size, and under other lights, which have many
+/// samples per pixel.
+const SIDE_PX: u32 = 192;
+const SOFT_SIDE_PX: u32 = 96;
+/// Pixels of a cell of the map.
+const CELL_PX: usize = 8;
+/// Deviation of ln f that is shown as white: a factor of e.
+const WHITE: f64 = 1.0;
+/// Share of the samples that is shown as the brightest, times the number of cells.
+const MANY: f64 = 8.0;
+
+/// Renders the darkest and the brightest that a material could be in a scene of the object of a
+/// view, both at one exposure: that of the scene, or the automatic one of the brightest.
+///
+/// # Errors
+/// Returns [`EvalError`] if a program cannot be evaluated.
+pub fn darkest_and_brightest(
+    spread: &Spread,
+    view: &KnownView,
+    scene: &Scene,
+) -> Result<[Developed; 2], EvalError> {
+    let set = samples(view, scene);
+    let draw = |program| -> Result<RadianceImage, EvalError> {
+        let mut f = Vec::new();
+        CanonicalEvaluator::default().eval(&[program], &set, &mut f)?;
+        Ok(shade(&set, &f))
+    };
+    let drawn: Vec<RadianceImage> =
+        spread.programs().par_iter().map(draw).collect::<Result<_, _>>()?;
+    let rows: Vec<Vec<f32>> =
+        drawn.iter().map(|image| image.premultiplied().as_flattened().to_vec()).collect();
+    let [darkest, brightest] = Spread::range(&rows).map(|values| {
+        let mut image = drawn[0].clone();
+        for (pixel, rgb) in values.as_chunks::<3>().0.iter().enumerate() {
+            image.put(pixel, *rgb);
+        }
+        image
+    });
+    let gain = match scene.film.exposure {
+        brood_scene::Exposure::Ev(ev) => Gain::fixed(ev).with_tone(scene.film.tone),
+        brood_scene::Exposure::Auto => {
+            let lit = brightest.premultiplied().iter().filter(|rgb| rgb[1] > 0.0);
+            let brightness = |rgb: &[f32; 3]| rgb.iter().copied().fold(0.0, f32::max);
+            Gain::automatic(lit.map(brightness).collect()).with_tone(scene.film.tone)
+        }
+    };
+    Ok([darkest, brightest].map(|image| develop_exposed(&image, gain)))
+}
+
+fn samples(view: &KnownView, scene: &Scene) -> SampleSet {
+    let whole = view.size_px();
+    let most = if view.view.is_soft() { SOFT_SIDE_PX } else { SIDE_PX };
+    let by = (f64::from(most) / f64::from(whole.longer())).min(1.0);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a small side")]
+    let side = |px: u32| ((f64::from(px) * by).round() as u32).max(1);
+    let size_px = PictureSize { width: side(whole.width), height: side(whole.height) };
+    let raster = Raster { size_px, sampling: Sampling::Adaptive, area: PixelArea::whole(size_px) };
+    let (mesh, assets) = (&*view.setting.mesh, &view.setting.assets);
+    match scene.is_prefilterable() {
+        true => SampleSet::render_direct(mesh, scene, assets, raster, LobeShape::Round),
+        false => SampleSet::render_with_assets(mesh, scene, assets, raster),
+    }
+}
+
+/// Draws the map: theta_h to the right and theta_d downwards, 0 to 90 degrees. Green is where the
+/// samples are, red how much ln f varies over the materials that match them.
+#[must_use]
+pub fn map_picture(map: &SpreadMap) -> Developed {
+    let side = SpreadMap::CELLS * CELL_PX;
+    let cells = (SpreadMap::CELLS * SpreadMap::CELLS) as f64;
+    let mut rgba = Vec::with_capacity(4 * side * side);
+    for y in 0..side {
+        for x in 0..side {
+            let cell = y / CELL_PX * SpreadMap::CELLS + x / CELL_PX;
+            let seen = (map.seen[cell] * cells / MANY).min(1.0).sqrt();
+            let open = (map.deviation[cell] / WHITE).min(1.0);
+            let code = |share: f64| {
+                #[expect(
+                    clippy::cast_possible_truncation,
+                    clippy::cast_sign_loss,
+                    reason = "a share of 255"
+                )]
+                let code = (share * 255.0).round() as u8;
+                code
+            };
+            rgba.extend([code(open), code(seen), 32, u8::MAX]);
+        }
+    }
+    let side = u32::try_from(side).expect("the map is small");
+    Developed { width: side, height: side, rgba, exposure_ev: 0.0 }
+}
