@@ -56,11 +56,26 @@ fn material_is_recovered_from_a_picture_of_a_known_scene() {
         let bytes = std::fs::read(folder.path().join(format!("out/{name}.png"))).unwrap();
         assert_eq!(image::load_from_memory(&bytes).unwrap().width(), 48, "{name}");
     }
+    // What the picture leaves open.
+    let spread = &report["spread"];
+    assert_eq!(spread["seen"].as_array().unwrap().len(), 900);
+    let seen: f64 = spread["seen"].as_array().unwrap().iter().filter_map(Value::as_f64).sum();
+    assert!((seen - 1.0).abs() < 1e-6 && spread["e_log"].as_f64().unwrap() > 0.0, "{spread}");
+    let next = &spread["next"];
+    assert!(next["e_log_after"].as_f64() < next["e_log_before"].as_f64(), "{next}");
+    for (name, width) in [("known", 240), ("darkest", 48), ("brightest", 48)] {
+        let bytes = std::fs::read(folder.path().join(format!("out/{name}.png"))).unwrap();
+        assert_eq!(image::load_from_memory(&bytes).unwrap().width(), width, "{name}");
+    }
+    let scene_of_next = std::fs::read(folder.path().join("out/next.json")).unwrap();
+    let scene_of_next: Value = serde_json::from_slice(&scene_of_next).unwrap();
+    assert_eq!(scene_of_next, next["scene"]);
     // Pictures are fitted by models if no strategy is chosen.
     let report = fit(&picture, &["--models", "lambert", "--generations", "1"]);
     assert_eq!(report["search"]["strategy"], "analytic");
     // The lobe strategy does not use the model, and still comes close.
     let report = fit(&picture, &["--strategy", "lobes", "--generations", "2"]);
+    assert_eq!(report["spread"], Value::Null);
     assert!(report["image_rmse"].as_f64().unwrap() < 0.02, "{report}");
     // Eight bits, with known and with unknown exposure.
     let (_, picture) = rendered(folder.path(), PAINT, "picture.png");

@@ -1,5 +1,6 @@
 //! Measures if the spread of fits of pictures is right: how often it contains the measured material
-//! at directions that the pictures do not show.
+//! at directions that the pictures do not show, and if the advised next picture tells more than
+//! others.
 //!
 //! `cargo run --release -p brood-search --example spread -- STEP FILE.json ...`: the files hold the
 //! weights of neural materials, of which every STEP-th is photographed. These materials inform the
@@ -12,15 +13,18 @@ use brood_brdf::{Brdf, DirectionPair, Neural};
 use brood_eval::{encode_exr, shade_brdf};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
+use brood_program::Program;
 use brood_scene::{ClipFrom, PictureSize, PixelArea, Raster, Refine, SampleSet, Sampling, Scene};
 use brood_search::{Options, Search, Spread, SpreadMap};
 use brood_target::{
-    KnownView, MeasuredTarget, Pictures, Samples, Strategy, ViewError, ViewSetup, draw_pairs,
+    KnownView, MeasuredTarget, Pictures, Samples, Strategy, ViewSetup, draw_pairs, metric,
 };
 
 const SIZE_PX: PictureSize = PictureSize { width: 64, height: 64 };
 const LAMPS: [[f64; 3]; 3] = [[-2.0, 3.0, 4.0], [3.5, 1.0, 2.5], [0.3, 0.6, 5.0]];
 const GENERATIONS: usize = 3;
+/// Number of other second pictures.
+const OTHERS: usize = 5;
 
 type Failure = Box<dyn Error + Send + Sync>;
 
@@ -28,6 +32,7 @@ fn main() -> Result<(), Failure> {
     let mut arguments = std::env::args().skip(1);
     let step: usize = arguments.next().ok_or("STEP is missing")?.parse()?;
     let (mut contained, mut ratios, mut known) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut errors, mut better) = (Vec::new(), 0);
     for file in arguments {
         let bytes = std::fs::read(&file)?;
         let all: serde_json::Value = serde_json::from_slice(&bytes)?;
@@ -36,13 +41,16 @@ fn main() -> Result<(), Failure> {
             let material = Neural::read(&bytes, name)?;
             let lamp = LAMPS[index / step % LAMPS.len()];
             let found = measured(&material, lamp)?;
+            let [before, advised, random] = found.with_next;
             println!(
-                "{name}: {:.0} % within the spread, error {:.4}, spread {:.4}; seen {:.0} %",
+                "{name}: error over all directions {before:.4}, with the advised picture {advised:.4}, with another {random:.4}; {:.0} % within the spread, error {:.4}, spread {:.4}; seen {:.0} %",
                 100.0 * found.contained,
                 found.error,
                 found.spread,
                 100.0 * found.contained_seen
             );
+            better += usize::from(advised < random);
+            errors.push(found.with_next);
             contained.push(found.contained);
             known.push(found.contained_seen);
             ratios.push(found.error / found.spread);
@@ -50,6 +58,15 @@ fn main() -> Result<(), Failure> {
     }
     let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
     ratios.sort_by(f64::total_cmp);
+    let medians = [0, 1, 2].map(|which: usize| {
+        let mut of: Vec<f64> = errors.iter().map(|all| all[which]).collect();
+        of.sort_by(f64::total_cmp);
+        of[of.len() / 2]
+    });
+    println!(
+        "the advised picture is better than another for {better} of {}; medians of errors {medians:.4?}",
+        errors.len()
+    );
     println!(
         "{} materials: {:.1} % within the spread where nothing is seen, {:.1} % elsewhere; error over spread {:.2} in the median",
         contained.len(),
@@ -67,18 +84,30 @@ struct Measured {
     /// E_log of the best at unseen directions, and the spread there.
     error: f64,
     spread: f64,
+    /// E_log over all directions of the best of one picture, and with a second one: the advised,
+    /// and others (the median).
+    with_next: [f64; 3],
 }
 
 fn measured(material: &dyn Brdf, lamp: [f64; 3]) -> Result<Measured, Failure> {
-    let (pictures, target) = photographed(material, lamp)?;
-    drop(pictures);
-    let options =
-        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
-    let mut search = Search::new(&target.fitted, &options);
-    for _ in 0..GENERATIONS {
-        search.step();
-    }
+    let scene: Scene = serde_json::from_str(&format!(
+        r#"{{"camera": {{"eye": [0, 0.6, 5], "fov_y_deg": 26}}, "lights": [{{"kind": "point", "position": {lamp:?}}}]}}"#
+    ))?;
+    let (pictures, target, search) = searched(material, &[&scene])?;
     let spread = Spread::of(&search).ok_or("the search has no spread")?;
+    let all = spread.next_pictures(&pictures.views[0])?;
+    // Evenly from the list, which is sorted by what they would tell.
+    let others = (0..OTHERS).map(|k| &all[(2 * k + 1) * all.len() / (2 * OTHERS)].scene);
+    // A picture with too few lit pixels tells nothing.
+    let before = error(material, &search);
+    let after = |next: &Scene| match searched(material, &[&scene, next]) {
+        Ok((_, _, search)) => error(material, &search),
+        Err(_) => before,
+    };
+    let advised = after(&all[0].scene);
+    let mut others: Vec<f64> = others.map(after).collect();
+    others.sort_by(f64::total_cmp);
+    let with_next = [before, advised, others[OTHERS / 2]];
     let map = spread.map(&target.fitted)?;
     let (seen, unseen): (Vec<DirectionPair>, Vec<DirectionPair>) =
         draw_pairs(4000, 7).into_iter().partition(|pair| is_seen(&map, pair));
@@ -87,7 +116,12 @@ fn measured(material: &dyn Brdf, lamp: [f64; 3]) -> Result<Measured, Failure> {
         let rows: Vec<Vec<f32>> = spread
             .programs()
             .iter()
-            .map(|program| logs(&Samples::of_program(program, pairs.clone()).unwrap()))
+            .map(|program| {
+                logs(
+                    &Samples::of_program(program, pairs.clone())
+                        .expect("the CPU runs every program"),
+                )
+            })
             .collect();
         let [low, high] = Spread::range(&rows);
         let within = (0..wanted.len())
@@ -103,7 +137,7 @@ fn measured(material: &dyn Brdf, lamp: [f64; 3]) -> Result<Measured, Failure> {
         }
         (within as f64 / number, (error / number).sqrt(), (variance / number).sqrt())
     });
-    Ok(Measured { contained, contained_seen, error, spread: deviation })
+    Ok(Measured { contained, contained_seen, error, spread: deviation, with_next })
 }
 
 fn is_seen(map: &SpreadMap, pair: &DirectionPair) -> bool {
@@ -120,20 +154,41 @@ fn logs(samples: &Samples) -> Vec<f32> {
     samples.weighted().as_flattened().iter().map(|f| f.max(0.0).ln_1p() as f32).collect()
 }
 
-fn photographed(
+/// Searches for the material of pictures in these scenes.
+fn searched(
     material: &dyn Brdf,
-    lamp: [f64; 3],
-) -> Result<(Pictures, MeasuredTarget), Failure> {
-    let scene: Scene = serde_json::from_str(&format!(
-        r#"{{"camera": {{"eye": [0, 0.6, 5], "fov_y_deg": 26}}, "lights": [{{"kind": "point", "position": {lamp:?}}}]}}"#
-    ))?;
+    scenes: &[&Scene],
+) -> Result<(Pictures, MeasuredTarget, Search), Failure> {
+    let views = scenes.iter().map(|scene| photographed(material, scene));
+    let (pictures, target) =
+        Pictures::gather(views.collect::<Result<Vec<_>, _>>()?.into_iter().map(Ok))?;
+    let options =
+        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+    let mut search = Search::new(&target.fitted, &options);
+    for _ in 0..GENERATIONS {
+        search.step();
+    }
+    Ok((pictures, target, search))
+}
+
+/// E_log of the best over all directions.
+fn error(material: &dyn Brdf, search: &Search) -> f64 {
+    let pairs = draw_pairs(2000, 9);
+    let best = search.best().expect("the search has run");
+    let found = Samples::of_program(&Program::lower(&best.genome), pairs.clone());
+    let found = found.expect("the CPU runs every program");
+    metric::e_log(&Samples::of(material, pairs).weighted(), &found.weighted())
+}
+
+/// A picture of the material, read.
+fn photographed(material: &dyn Brdf, scene: &Scene) -> Result<(KnownView, Samples), Failure> {
     let mesh = Arc::new(Mesh::builtin(BuiltinMesh::Sphere));
     let sampling = Sampling::Adaptive;
     let raster = Raster { size_px: SIZE_PX, sampling, area: PixelArea::whole(SIZE_PX) };
-    let set = SampleSet::render_with_assets(&*mesh, &scene, &LightAssets::default(), raster);
+    let set = SampleSet::render_with_assets(&*mesh, scene, &LightAssets::default(), raster);
     let picture = encode_exr(&shade_brdf(&set, material))?;
     let setting = ViewSetup {
-        scene,
+        scene: scene.clone(),
         mesh,
         assets: LightAssets::default(),
         sampling,
@@ -143,6 +198,5 @@ fn photographed(
         is_held_out: false,
         refine: Refine::default(),
     };
-    let view: Result<_, ViewError> = KnownView::read(setting, &picture, None);
-    Ok(Pictures::gather([view])?)
+    Ok(KnownView::read(setting, &picture, None)?)
 }

@@ -99,8 +99,8 @@ fn by_half(stream: &mut Stream) -> (DVec3, DVec3) {
     from_half([theta_h, theta_d, phi_d, phi_h])
 }
 
-/// Pair of directions with these theta_h and theta_d, and phi_d of 90 degrees; `None` if one of them
-/// is below the surface.
+/// Pair of directions with these theta_h and theta_d, and phi_d of 90 degrees; `None` if one of
+/// them is below the surface.
 #[must_use]
 pub fn pair_of_half(theta_h: f64, theta_d: f64) -> Option<DirectionPair> {
     let (wi, wo) = from_half([theta_h, theta_d, FRAC_PI_2, 0.0]);

@@ -120,8 +120,8 @@ fn weights(draws: &[Draw]) -> f64 {
     draws.iter().map(|draw| draw.weight).sum()
 }
 
-/// Draws again by the probability of forms and the weights within them, in equal steps of the summed
-/// weights.
+/// Draws again by the probability of forms and the weights within them, in equal steps of the
+/// summed weights.
 fn resampled(drawn: &[FormDraws], count: usize) -> Vec<Genome> {
     let share = |form: &FormDraws| match form.draws.is_empty() {
         true => 0.0,

@@ -31,7 +31,7 @@ const LEAST_COSINE: f64 = 0.2;
 /// A picture that would tell more about a material.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NextPicture {
-    /// Its scene: that of a known picture with the light elsewhere.
+    /// Scene: that of a known picture with the light elsewhere.
     pub scene: Scene,
     /// Direction of the light as seen from the object with the eye in front: to the right and
     /// upwards from the eye, in degrees. `None` if the environment is turned instead.
@@ -41,8 +41,8 @@ pub struct NextPicture {
 }
 
 impl Spread {
-    /// Returns what pictures with the light elsewhere would leave open, the most useful first. Empty
-    /// if the light is neither a lamp without size nor an environment.
+    /// Returns what pictures with the light elsewhere would leave open, the most useful first.
+    /// Empty if the light is neither a lamp without size nor an environment.
     ///
     /// # Errors
     /// Returns [`EvalError`] if a program cannot be evaluated.
