@@ -223,7 +223,7 @@ impl MeasuredTarget {
             return Err(TargetError::Few(samples.observations()));
         }
         let part = |is_held: bool| {
-            let is_in = |at: &usize| (at % ONE_IN == 0) == is_held;
+            let is_in = |at: &usize| at.is_multiple_of(ONE_IN) == is_held;
             let rows = (0..samples.len()).filter(is_in);
             let (pairs, values) =
                 rows.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();

@@ -65,6 +65,23 @@ enum Term {
     Own(DirectionPair),
 }
 
+/// Light at the centre of a pixel before indices are known.
+#[derive(Default)]
+struct CentreLight {
+    terms: Vec<(Term, [f64; 3])>,
+    /// Irradiance without the cosine.
+    normal: [f64; 3],
+}
+
+impl CentreLight {
+    fn add(&mut self, term: Term, irradiance: [f64; 3], all: [f64; 3]) {
+        if irradiance.iter().any(|e| *e > 0.0) {
+            self.terms.push((term, irradiance));
+        }
+        self.normal = [0, 1, 2].map(|channel| self.normal[channel] + all[channel]);
+    }
+}
+
 impl LightTerms {
     /// Computes the light at the centres of pixels, columns and rows of a picture of that size.
     ///
@@ -109,8 +126,7 @@ impl LightTerms {
         let light = |tools: &mut (Stack, SurfacePoint), pixel: &(u32, u32)| {
             terms_of(&sampler, (&environments, &shared), *pixel, tools)
         };
-        let found: Vec<(Vec<(Term, [f64; 3])>, [f64; 3])> =
-            pixels.par_iter().map_init(Default::default, light).collect();
+        let found: Vec<CentreLight> = pixels.par_iter().map_init(Default::default, light).collect();
         LightTerms { is_isotropic: scene.has_environment(), ..collect(found, &shared) }
     }
 
@@ -137,30 +153,24 @@ fn rows(cos_o: f64) -> [(usize, f64, f64); 2] {
     [(below, cosine(below), 1.0 - share), (below + 1, cosine(below + 1), share)]
 }
 
-/// Returns the terms of a pixel, and its irradiance without the cosine.
+/// Returns the light at the centre of a pixel.
 fn terms_of(
     sampler: &PixelSampler<'_>,
     (environments, shared): (&[Environments], &[Vec<Option<DirectionPair>>]),
     pixel: (u32, u32),
     (stack, point): &mut (Stack, SurfacePoint),
-) -> (Vec<(Term, [f64; 3])>, [f64; 3]) {
-    let (mut terms, mut normal) = (Vec::new(), [0.0; 3]);
+) -> CentreLight {
+    let mut found = CentreLight::default();
     let camera_ray = sampler.camera_ray(pixel, DVec2::splat(0.5), 0);
     let hit = sampler.visible_hit(camera_ray.ray, stack);
     let Some(hit) = hit.filter(|_| sampler.trace(camera_ray, stack, point)) else {
-        return (terms, normal);
-    };
-    let mut add = |term: Term, irradiance: [f64; 3], all: [f64; 3]| {
-        if irradiance.iter().any(|e| *e > 0.0) {
-            terms.push((term, irradiance));
-        }
-        normal = [0, 1, 2].map(|channel| normal[channel] + all[channel]);
+        return found;
     };
     for lit in &point.lit {
         let pair = DirectionPair::new(lit.wi, point.wo).expect("wi and wo are unit vectors");
-        add(Term::Own(pair), lit.irradiance, lit.irradiance.map(|e| e / pair.cos_i()));
+        found.add(Term::Own(pair), lit.irradiance, lit.irradiance.map(|e| e / pair.cos_i()));
     }
-    let Some(facing) = &point.facing else { return (terms, normal) };
+    let Some(facing) = &point.facing else { return found };
     let start = sampler.surface.shadow_start(&sampler.surface.shaded(&hit, camera_ray.ray), &hit);
     let cos_o = above_horizon(facing.frame.local(facing.eye)).z.max(COS_MIN);
     for Environments { light, casts_shadows } in environments {
@@ -177,11 +187,11 @@ fn terms_of(
             for (row, cosine, share) in rows(cos_o) {
                 let Some(pair) = &shared[row][*node] else { continue };
                 let by = share * cosine * pair.cos_i() / cos_o;
-                add(Term::Node(row, *node), all.map(|e| e * by), std::mem::take(&mut rest));
+                found.add(Term::Node(row, *node), all.map(|e| e * by), std::mem::take(&mut rest));
             }
         }
     }
-    (terms, normal)
+    found
 }
 
 /// Irradiance without the cosine of a direction; `None` if none arrives.
@@ -193,10 +203,7 @@ fn without_cosine(facing: &Facing, towards: DVec3, irradiance: [f64; 3]) -> Opti
 
 /// Joins the terms of all pixels. Pairs that no pixel refers to are left out, and nodes that are
 /// each other's mirror image share a pair.
-fn collect(
-    found: Vec<(Vec<(Term, [f64; 3])>, [f64; 3])>,
-    shared: &[Vec<Option<DirectionPair>>],
-) -> LightTerms {
+fn collect(found: Vec<CentreLight>, shared: &[Vec<Option<DirectionPair>>]) -> LightTerms {
     // Index of each node's pair; `None` until a pixel refers to it.
     let mut known: Vec<Vec<Option<u32>>> = shared.iter().map(|row| vec![None; row.len()]).collect();
     let mirrored: Vec<Vec<usize>> = shared.iter().map(|row| first_of_equals(row)).collect();
@@ -205,7 +212,7 @@ fn collect(
         pairs.push(pair);
         u32::try_from(pairs.len() - 1).expect("there are fewer than 2^32 pairs")
     };
-    for (terms, normal) in found {
+    for CentreLight { terms, normal } in found {
         let mut indexed: Vec<(u32, [f64; 3])> = Vec::with_capacity(terms.len());
         for (term, irradiance) in terms {
             let index = match term {

@@ -200,9 +200,10 @@ impl Workspace {
         for (part, (lanes, out)) in parts.enumerate() {
             let first = part * LANES;
             let mut mean = [[0.0; LANES]; 3];
-            for lane in 0..LANES.min(means.means.len() - first) {
-                let terms = means.means.terms(first + lane);
+            for index in first..means.means.len().min(first + LANES) {
+                let terms = means.means.terms(index);
                 let [red, green, blue, _] = self.level.run(Sum { terms, f: &self.f_of_pairs });
+                let lane = index - first;
                 (mean[0][lane], mean[1][lane], mean[2][lane]) = (red, green, blue);
             }
             sum += Machine::run(self.level, Compare { lanes, f: &mean, share, out });
