@@ -2228,7 +2228,8 @@ export interface components {
             pixels: number;
             /**
              * Format: int64
-             * @description Lit by several lights, whose contributions cannot be separated.
+             * @description Lit from several directions: by several lights, a light with an area or an environment.
+             *     Models are fitted to them (strategy `analytic`).
              */
             several_lights: number;
             /**

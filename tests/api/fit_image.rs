@@ -184,7 +184,6 @@ fn picture_that_does_not_fit_the_scene_is_refused_with_a_reason() {
     scene_of("past.json", past, "sees nothing of the mesh");
     let behind = r#"{"camera": {"orthographic": 1.05}, "lights": [{"kind": "directional", "direction": [0, 0, 1]}]}"#;
     scene_of("behind.json", behind, "no light of the scene reaches");
-    scene_of("soft.json", r#"{"lights": [{"kind": "ambient"}]}"#, "a light of kind ambient");
     refused(&[&write("none.json", r#"{"views": []}"#)], "nothing is left to fit");
     refused(&[&write("other.json", "{}")], "must have \"views\"");
     let csv = write("a.csv", "wix,wiy,wiz,wox,woy,woz,r,g,b\n");
