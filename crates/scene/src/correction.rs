@@ -155,7 +155,8 @@ mod tests {
 
     #[test]
     fn lamp_is_seen_from_the_eye() {
-        let mesh = Mesh::builtin(BuiltinMesh::Knob);
+        // Centred at the origin.
+        let mesh = Mesh::builtin(BuiltinMesh::Sphere);
         let seen = |position: [f64; 3]| {
             let scene = scene(&format!(
                 r#"{{"camera": {{"orbit_deg": [90, 0]}}, "rotation_deg": [10, 20, 30],
