@@ -123,11 +123,13 @@ export async function target(app, step, shot, base) {
 
   await step("explains at its field what is wrong with a scene, and keeps the text", async () => {
     await own(0).check();
-    const wrong = '{"mesh": "sphere", "lights": [{"kind": "ambient"}]}';
+    // The light is behind the ball.
+    const wrong =
+      '{"camera": {"orthographic": 1.2}, "lights": [{"kind": "directional", "direction": [0, 0, 1]}]}';
     await app.id("view-0-scene").fill(wrong);
     await app.id("views-read").click();
     const error = page.locator("#view-0-wrong [data-testid=error]");
-    await error.filter({ hasText: "ambient" }).waitFor();
+    await error.filter({ hasText: "no light of the scene" }).waitFor();
     assert.equal(await app.id("view-0-scene").inputValue(), wrong);
     assert.equal(await app.id("view-0-scene").getAttribute("aria-invalid"), "true");
     await shot("63-target-scene-refused");
