@@ -120,6 +120,8 @@
  *
  * @typedef {api.SearchState} JobState
  *
+ * @typedef {api.MaterialSpread} Spread what the pictures of a search leave open
+ *
  * @typedef {api.FoundMaterial} Found a result of a search, which is an individual of its lineage
  *
  * @typedef {{seconds?: number, generations?: number, evaluations?: number}} Budget one of the three

@@ -711,6 +711,7 @@ export interface components {
              *     has ended.
              */
             items: components["schemas"]["FoundMaterial"][];
+            spread?: components["schemas"]["MaterialSpread"] | null;
         };
         /** @description Generation: one brood, with everything needed to breed it again. */
         Generation: {
@@ -1298,6 +1299,29 @@ export interface components {
              */
             cover?: string | null;
         };
+        /**
+         * @description Spread of the materials that match the pictures of a target about as well as the best.
+         *
+         *     The maps have `cells` rows over theta_d and as many columns over theta_h, both from 0 to 90
+         *     degrees, at phi_d = 90 degrees, row by row.
+         */
+        MaterialSpread: {
+            /**
+             * Format: int32
+             * @description Number of rows, and of columns.
+             */
+            cells: number;
+            /** @description Standard deviation of ln f in each cell; 0 below the surface. */
+            deviation: number[];
+            /**
+             * Format: double
+             * @description Estimated E_log of the best over all directions.
+             */
+            e_log: number;
+            next?: components["schemas"]["NextScene"] | null;
+            /** @description Share of the samples in each cell. */
+            seen: number[];
+        };
         /** @description Uploaded mesh. */
         MeshAnswer: {
             /** @description True if the file has texture coordinates. */
@@ -1344,6 +1368,21 @@ export interface components {
             parameters: components["schemas"]["ParameterAnswer"][];
             /** @description Author, year and title of the publication. */
             source: string;
+        };
+        /** @description A picture that would tell more about a material. */
+        NextScene: {
+            /**
+             * Format: double
+             * @description Estimated E_log over all directions after it.
+             */
+            e_log: number;
+            /**
+             * @description Direction of the lamp from the object with the eye in front: to the right and upwards,
+             *     degrees. Null if the environment is turned.
+             */
+            light_deg?: number[] | null;
+            /** @description Scene of the first picture with the light elsewhere. */
+            scene: components["schemas"]["Scene"];
         };
         /**
          * @description Normal map: an image whose colours turn the shading normals of an object. Red points along
@@ -2499,11 +2538,13 @@ export type Lineage = components['schemas']['Lineage'];
 export type LineageFile = components['schemas']['LineageFile'];
 export type LineageId = components['schemas']['LineageId'];
 export type ListedLineage = components['schemas']['ListedLineage'];
+export type MaterialSpread = components['schemas']['MaterialSpread'];
 export type MeshAnswer = components['schemas']['MeshAnswer'];
 export type MeshId = components['schemas']['MeshId'];
 export type MeshRef = components['schemas']['MeshRef'];
 export type MeshWarning = components['schemas']['MeshWarning'];
 export type ModelAnswer = components['schemas']['ModelAnswer'];
+export type NextScene = components['schemas']['NextScene'];
 export type NormalMap = components['schemas']['NormalMap'];
 export type Normals = components['schemas']['Normals'];
 export type OperationCounts = components['schemas']['OperationCounts'];

@@ -38,6 +38,12 @@ async fn material_is_found_in_an_uploaded_environment() {
     assert_eq!((&ended["state"], &ended["strategy"]), (&json!("succeeded"), &json!("analytic")));
     let front = server.get(&format!("/v1/jobs/{job}/front")).await.expect(200).json();
     let best = &front["items"][0];
+    let spread = &front["spread"];
+    assert_eq!((&spread["cells"], spread["seen"].as_array().unwrap().len()), (&json!(30), 900));
+    assert!(spread["e_log"].as_f64() > Some(0.0), "{spread}");
+    // The environment would be turned.
+    let next = &spread["next"];
+    assert!(next.is_null() || next["light_deg"].is_null(), "{next}");
     assert!(best["e_log"].as_f64() < Some(8e-3), "{best}");
     let view = &best["views"][0];
     // The picture has noise.

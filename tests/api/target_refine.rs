@@ -54,6 +54,10 @@ async fn search_corrects_the_light_of_a_picture() {
     let before = server.get(&format!("{path}/views/0/scene.png")).await.expect(200).picture();
     assert!(shown != before && shown.dimensions() == before.dimensions());
     let front = server.get(&format!("/v1/jobs/{job}/front")).await.expect(200).json();
+    let next = &front["spread"]["next"];
+    assert_eq!(next["light_deg"].as_array().map(Vec::len), Some(2), "{}", front["spread"]);
+    assert!(next["e_log"].as_f64() < front["spread"]["e_log"].as_f64());
+    server.post("/v1/scenes", &next["scene"]).await.expect(201);
     let rmse = front["items"][0]["views"][0]["rmse"].as_f64().unwrap();
     assert!(rmse < 0.02, "{rmse}");
 }

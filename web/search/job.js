@@ -51,7 +51,8 @@ async function reread(id) {
     const before = searchStore.job.value?.state;
     searchStore.job.value = present;
     searchStore.logLines.value = mergeLines(searchStore.logLines.value, news);
-    searchStore.front.value = found;
+    searchStore.front.value = found.items;
+    searchStore.spread.value = found.spread ?? null;
     storeJob(present);
     if (before && before !== present.state)
       searchStore.jobAnnouncement.value = `${present.name} is ${stateInWords(present.state)}.`;
@@ -180,7 +181,8 @@ function switchTo(id) {
       searchStore.pickedId.value,
       searchStore.jobAnnouncement.value,
       searchStore.confirmingCancel.value,
-    ] = [null, [], [], null, "", false];
+      searchStore.spread.value,
+    ] = [null, [], [], null, "", false, null];
     [searchStore.target.value, searchStore.targetRead.value, searchStore.lineageScene.value] = [
       null,
       false,

@@ -1,7 +1,7 @@
 /**
  * The server's routes of targets and searches as functions.
  *
- * @import { Found, Job, LogLine, Target } from "../model.js"
+ * @import { Found, Spread, Job, LogLine, Target } from "../model.js"
  */
 import { read, request } from "../api/request.js";
 import { sendingBy } from "../api/upload.js";
@@ -54,8 +54,8 @@ export const getJob = (id) => request("GET", `/v1/jobs/${id}`);
 /** @param {string} id @param {"pause"|"resume"|"cancel"} how @returns {Promise<Job>} */
 export const changeJob = (id, how) => request("POST", `/v1/jobs/${id}/${how}`, { settled: true });
 
-/** @param {string} id @returns {Promise<Found[]>} */
-export const getFront = async (id) => (await request("GET", `/v1/jobs/${id}/front`)).items;
+/** @param {string} id @returns {Promise<{items: Found[], spread?: Spread|null}>} */
+export const getFront = (id) => request("GET", `/v1/jobs/${id}/front`);
 
 /**
  * Log lines after a generation.

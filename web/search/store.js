@@ -2,7 +2,7 @@
  * Store of searches: the list, the form of a new one, the open one, and the target of the search
  * that made the open lineage. Does no requests and no drawing.
  *
- * @import { Found, Individual, Job, LogLine, Scene, Target } from "../model.js"
+ * @import { Found, Individual, Job, LogLine, Scene, Spread, Target } from "../model.js"
  * @import { Signal } from "../vendor/signals-core.js"
  * @import { Draft } from "./draft.js"
  * @import { PairUrls } from "./pair_urls.js"
@@ -93,6 +93,8 @@ class SearchStore {
   logLines = signal([]);
   /** Results, best first. @type {Signal<Found[]>} */
   front = signal([]);
+  /** Spread of the materials, once the search has ended. @type {Signal<Spread|null>} */
+  spread = signal(null);
   /**
    * Individual that the user picked from the front; null for the best.
    * @type {Signal<string|null>}

@@ -142,8 +142,14 @@ impl SearchContext {
             }
             if is_over {
                 let stop = stop.clone();
-                let update = blocking(&pool, move || run.finish(&stop)).await?;
-                self.report(ticket, update.map_err(Interrupted::Failed)?).await?;
+                let ended = blocking(&pool, move || (run.spread(), run.finish(&stop))).await?;
+                let (spread, front) = ended;
+                if let Some(spread) = spread.map_err(Interrupted::Failed)?
+                    && self.report(ticket, spread).await? == Directive::Stop
+                {
+                    return Ok(());
+                }
+                self.report(ticket, front.map_err(Interrupted::Failed)?).await?;
                 return Ok(());
             }
         }

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use brood_eval::express;
+use brood_eval::{EvalError, express};
 use brood_genome::Genome;
 use brood_inspect::Specimen;
 use brood_protocol::{
-    Budget, FoundView, GenerationLine, MeasuredMaterial, SearchGrant, SearchUpdate,
+    Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NextScene, SearchGrant,
+    SearchUpdate,
 };
-use brood_search::{Candidate, Found, Options, Progress, Search, TimeBudget};
+use brood_search::{Candidate, Found, Options, Progress, Search, Spread, SpreadMap, TimeBudget};
 use brood_target::{KnownView, Strategy, TargetFile};
 use rayon::prelude::*;
 
@@ -143,6 +144,31 @@ impl SearchRun {
         let front: Result<Vec<_>, _> = front.par_iter().map(|one| measure(target, one)).collect();
         let seconds = self.seconds + started.elapsed().as_secs_f64();
         Ok(SearchUpdate::Finished { front: front?, seconds })
+    }
+
+    /// Returns what the pictures of the target leave open; `None` for other targets, and for
+    /// strategies without probabilities.
+    pub(crate) fn spread(&self) -> Result<Option<SearchUpdate>, String> {
+        let TargetFile { target, pictures: Some(pictures), .. } = &self.target.file else {
+            return Ok(None);
+        };
+        let Some(spread) = Spread::of(&self.search) else { return Ok(None) };
+        let view = pictures.views.iter().find(|view| !view.setting.is_held_out);
+        let view = view.expect("a target has a picture that is fitted");
+        let measured = || -> Result<MaterialSpread, EvalError> {
+            let SpreadMap { seen, deviation } = spread.map(&target.fitted)?;
+            let next = spread.next_picture(view)?;
+            let next = next.map(|next| NextScene {
+                scene: next.scene,
+                light_deg: next.light_deg,
+                e_log: next.e_log[1],
+            });
+            let cells = u32::try_from(SpreadMap::CELLS).expect("the map is small");
+            Ok(MaterialSpread { e_log: spread.e_log()?, cells, seen, deviation, next })
+        };
+        let measured = measured().map_err(|error| error.to_string())?;
+        let json = serde_json::to_string(&measured).expect("a spread is plain data");
+        Ok(Some(SearchUpdate::Spread(json)))
     }
 
     fn is_over(&self, progress: &Progress) -> bool {

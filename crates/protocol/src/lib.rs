@@ -76,8 +76,8 @@ pub use problem::Problem;
 pub use random::{random_bytes, random_token};
 pub use render_stats::RenderStats;
 pub use search::{
-    AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, SearchAnswer, SearchLine,
-    SearchOptions, SearchState,
+    AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, MaterialSpread, NextScene,
+    SearchAnswer, SearchLine, SearchOptions, SearchState,
 };
 pub use search_lease::{
     CalibratedView, Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchReport,

@@ -1,6 +1,7 @@
 //! Requests and responses for searches.
 
 use brood_genome::GenomeHash;
+use brood_scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::schema::FitKind;
@@ -219,6 +220,40 @@ pub struct Front {
     /// Materials of the front: the best first, then by decreasing length. Empty until the search
     /// has ended.
     pub items: Vec<FoundMaterial>,
+    /// Spread of what the pictures of the target leave open. Null until the search has ended, and
+    /// unless models were fitted to pictures.
+    pub spread: Option<MaterialSpread>,
+}
+
+/// Spread of the materials that match the pictures of a target about as well as the best.
+///
+/// The maps have `cells` rows over theta_d and as many columns over theta_h, both from 0 to 90
+/// degrees, at phi_d = 90 degrees, row by row.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct MaterialSpread {
+    /// Estimated E_log of the best over all directions.
+    pub e_log: f64,
+    /// Number of rows, and of columns.
+    pub cells: u32,
+    /// Share of the samples in each cell.
+    pub seen: Vec<f64>,
+    /// Standard deviation of ln f in each cell; 0 below the surface.
+    pub deviation: Vec<f64>,
+    /// The picture that would leave least open, if it leaves less than nine tenths. Null for other
+    /// lights than lamps without size and environments.
+    pub next: Option<NextScene>,
+}
+
+/// A picture that would tell more about a material.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct NextScene {
+    /// Scene of the first picture with the light elsewhere.
+    pub scene: Scene,
+    /// Direction of the lamp from the object with the eye in front: to the right and upwards,
+    /// degrees. Null if the environment is turned.
+    pub light_deg: Option<[f64; 2]>,
+    /// Estimated E_log over all directions after it.
+    pub e_log: f64,
 }
 
 /// Line of `GET /v1/jobs/{id}/log`: one generation of a search.

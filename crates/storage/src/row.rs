@@ -4,8 +4,8 @@
 use brood_genome::{Dialect, GenomeHash, Locks, PaintingPalette, Start, Steer};
 use brood_protocol::{
     Backend, Curation, FoundMaterial, GenerationId, IndividualId, JobId, JobStatus, LightAssetKind,
-    LineageId, MeshId, PictureFormat, PictureKey, PixelArea, SceneId, SearchOptions, SearchState,
-    Seed, Target, TargetId,
+    LineageId, MaterialSpread, MeshId, PictureFormat, PictureKey, PixelArea, SceneId,
+    SearchOptions, SearchState, Seed, Target, TargetId,
 };
 use sqlx::query::Query;
 use sqlx::query_builder::Separated;
@@ -72,7 +72,7 @@ columns! {
     String => Backend, Curation, JobStatus, LightAssetKind, PictureFormat, SearchState, Start:
         |name| Self::from_name(&name);
     String => PixelArea: |text| text.parse().ok();
-    String => Dialect, FoundMaterial, Locks, PaintingPalette, SearchOptions, Target,
+    String => Dialect, FoundMaterial, Locks, MaterialSpread, PaintingPalette, SearchOptions, Target,
         Vec<FoundMaterial>, Vec<Steer>, Vec<String>:
         |json| serde_json::from_str(&json).ok();
     Vec<u8> => Vec<u8>: Some;

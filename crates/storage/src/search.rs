@@ -8,7 +8,8 @@
 use std::collections::BTreeMap;
 
 use brood_protocol::{
-    FoundMaterial, JobId, Lineage, LineageId, SearchLine, SearchOptions, SearchState, TargetId,
+    FoundMaterial, JobId, Lineage, LineageId, MaterialSpread, SearchLine, SearchOptions,
+    SearchState, TargetId,
 };
 use sqlx::SqliteConnection;
 
@@ -204,6 +205,30 @@ impl Store {
         let query = sqlx::query("SELECT front_json FROM search WHERE id = ?").bind(id.key());
         let row = query.fetch_one(&mut *self.reader().await?).await?;
         Ok(row.column::<Option<_>>("front_json")?.unwrap_or_default())
+    }
+
+    /// Stores what a search leaves open.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the write fails.
+    pub async fn set_search_spread(&self, id: JobId, spread: &MaterialSpread) -> Result<()> {
+        let json = serde_json::to_string(spread).expect("a spread is plain data");
+        self.write(operation!(|conn| {
+            let update = sqlx::query("UPDATE search SET spread_json = ? WHERE id = ?");
+            update.bind(json).bind(id.key()).execute(conn).await?;
+            Ok(())
+        }))
+        .await
+    }
+
+    /// Returns what a search leaves open; `None` until it has ended, and if it has no spread.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the search does not exist.
+    pub async fn search_spread(&self, id: JobId) -> Result<Option<MaterialSpread>> {
+        let query = sqlx::query("SELECT spread_json FROM search WHERE id = ?").bind(id.key());
+        let row = query.fetch_one(&mut *self.reader().await?).await?;
+        row.column("spread_json")
     }
 
     /// Returns up to `limit` log lines of a search, one per generation, from generation `after` + 1

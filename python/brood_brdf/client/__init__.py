@@ -35,7 +35,15 @@ from .lineage import Lineage
 from .record import Record
 from .retry import Retry
 from .scene import Asset, Mesh, MeshWarning, Scene
-from .search import FoundMaterial, FoundView, RenderJob, Search, SearchLine
+from .search import (
+    FoundMaterial,
+    FoundView,
+    MaterialSpread,
+    NextScene,
+    RenderJob,
+    Search,
+    SearchLine,
+)
 from .system import System
 from .target import Target
 
@@ -61,9 +69,11 @@ __all__ = [
     "Individual",
     "Invalid",
     "Lineage",
+    "MaterialSpread",
     "Mesh",
     "MeshWarning",
     "Model",
+    "NextScene",
     "NotFound",
     "Parameter",
     "Preset",

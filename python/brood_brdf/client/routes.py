@@ -102,6 +102,7 @@ class Routes:
     resume_search = Route(_search.resume_search)
     cancel_search = Route(_search.cancel_search)
     front = Route(_search.front)
+    spread = Route(_search.spread)
     search_log = Route(_search.search_log)
     search_events = Route(_search.search_events)
     wait = Route(_search.wait)

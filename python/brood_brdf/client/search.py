@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import httpx
 
@@ -19,7 +19,15 @@ from .progress import Progress
 from .record import Method, Record, listing, nothing, record_of
 from .retry import Pause, Steps
 
-__all__ = ["FoundMaterial", "FoundView", "RenderJob", "Search", "SearchLine"]
+__all__ = [
+    "FoundMaterial",
+    "FoundView",
+    "MaterialSpread",
+    "NextScene",
+    "RenderJob",
+    "Search",
+    "SearchLine",
+]
 
 ENDED = frozenset({"succeeded", "failed", "cancelled"})
 """States of searches that have ended."""
@@ -129,6 +137,19 @@ def front(search: Ref) -> Call[tuple[FoundMaterial, ...]]:
 
     def read(answer: httpx.Response, client: Sender | None) -> tuple[FoundMaterial, ...]:
         return tuple(FoundMaterial.of(item, client) for item in answer.json()["items"])
+
+    return Call("GET", path_of("jobs", id_of(search), "front"), read)
+
+
+def spread(search: Ref) -> Call[MaterialSpread | None]:
+    """Returns what the pictures of the target leave open.
+
+    None until the search has ended, and unless models were fitted to pictures.
+    """
+
+    def read(answer: httpx.Response, client: Sender | None) -> MaterialSpread | None:
+        found = answer.json()["spread"]
+        return None if found is None else MaterialSpread.of(found, client)
 
     return Call("GET", path_of("jobs", id_of(search), "front"), read)
 
@@ -347,8 +368,49 @@ class Search(Record):
     resume = Method(resume_search)
     cancel = Method(cancel_search)
     front = Method(front)
+    spread = Method(spread)
     log = Method(search_log)
     events = Method(search_events)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NextScene(Record):
+    """A picture that would tell more about a material.
+
+    Attributes:
+        scene: Scene of the first picture with the light elsewhere.
+        light_deg: Direction of the lamp from the object with the eye in front: to the right and
+            upwards, degrees. None if the environment is turned.
+        e_log: Estimated E_log over all directions after it.
+    """
+
+    scene: Mapping[str, Any] = field(hash=False, repr=False)
+    light_deg: tuple[float, ...] | None = None
+    e_log: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MaterialSpread(Record):
+    """Spread of the materials that match the pictures of a target about as well as the best.
+
+    The maps have `cells` rows over theta_d and as many columns over theta_h, both from 0 to 90
+    degrees, at phi_d = 90 degrees, row by row.
+
+    Attributes:
+        e_log: Estimated E_log of the best over all directions.
+        cells: Number of rows, and of columns.
+        seen: Share of the samples in each cell.
+        deviation: Standard deviation of ln f in each cell; 0 below the surface.
+        next: The picture that would leave least open, if it leaves less than nine tenths.
+    """
+
+    nested: ClassVar[Mapping[str, type[Record]]] = {"next": NextScene}
+
+    e_log: float
+    cells: int
+    seen: tuple[float, ...] = field(repr=False)
+    deviation: tuple[float, ...] = field(repr=False)
+    next: NextScene | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

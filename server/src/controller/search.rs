@@ -184,7 +184,8 @@ pub async fn front(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json
         show(&app, &mut presenter, item).await?;
     }
     presenter.finish().await?;
-    Ok(Json(Front { items }))
+    let spread = app.store.search_spread(id).await?;
+    Ok(Json(Front { items, spread }))
 }
 
 /// Start of a log.

@@ -11,8 +11,8 @@ use std::time::Duration;
 
 use brood_protocol::{
     CalibratedView, CorrectedScene, Directive, FoundMaterial, Generation, GenerationLine, JobId,
-    MeasuredMaterial, SceneCorrection, SearchGrant, SearchReport, SearchState, SearchTicket,
-    SearchUpdate, WireError, decode_stored,
+    MaterialSpread, MeasuredMaterial, SceneCorrection, SearchGrant, SearchReport, SearchState,
+    SearchTicket, SearchUpdate, WireError, decode_stored,
 };
 use brood_scene::Scene;
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
@@ -33,6 +33,8 @@ pub use publish::search_json;
 
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
+/// Largest number of rows of the maps of a spread.
+const SPREAD_CELLS: u32 = 90;
 
 /// Serves searches: their leases, reports and events. Also the kind of searches.
 pub struct Searches {
@@ -144,6 +146,7 @@ impl Searches {
                 }
                 SearchUpdate::Failed(reason) => own.fail_search(&search, shortened(&reason)).await,
                 SearchUpdate::Calibrated(views) => own.take_scenes(&search, views).await,
+                SearchUpdate::Spread(json) => own.take_spread(&search, &json).await,
             }
         });
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
@@ -183,6 +186,26 @@ impl Searches {
         };
         let corrected = views.into_iter().map(read).collect::<Result<Vec<_>, ApiError>>()?;
         self.store.correct_target(search.target, corrected).await?;
+        Ok(Directive::Continue)
+    }
+
+    /// Stores what the pictures of the target leave open.
+    async fn take_spread(&self, search: &StoredSearch, json: &str) -> Result<Directive, ApiError> {
+        let spread: MaterialSpread = serde_json::from_str(json)
+            .map_err(|error| ApiError::refused(format!("a spread: {error}")))?;
+        let MaterialSpread { e_log, cells, seen, deviation, next } = &spread;
+        let count = u64::from(*cells).pow(2);
+        if *cells > SPREAD_CELLS || [seen, deviation].iter().any(|map| map.len() as u64 != count) {
+            return Err(ApiError::refused("a spread must have maps of at most 90 x 90 cells"));
+        }
+        let numbers = seen.iter().chain(deviation).chain([e_log]);
+        if !numbers.chain(next.iter().map(|next| &next.e_log)).all(|number| number.is_finite()) {
+            return Err(ApiError::refused("a spread must have finite numbers"));
+        }
+        if let Some(next) = next {
+            next.scene.validate()?;
+        }
+        self.store.set_search_spread(search.id, &spread).await?;
         Ok(Directive::Continue)
     }
 

@@ -9,6 +9,7 @@ import { openInspector } from "../../lineage/inspector.js";
 import { breedFound, openLineageOf, showFound } from "../../search/job.js";
 import { findPicture, lookAt, targetPicture } from "../../search/picture.js";
 import { closeSearches } from "../../search/searches.js";
+import { mapPixels, nextInWords } from "../../search/spread.js";
 import { searchStore } from "../../search/store.js";
 import { correctionInWords, isDoubtful, nameOfView } from "../../search/views.js";
 import { errorInWords, hasEnded } from "../../search/words.js";
@@ -134,6 +135,25 @@ function Corrections() {
   `;
 }
 
+/** Map of what the pictures leave open, and the picture to take next. */
+function Open() {
+  const spread = searchStore.spread.value;
+  if (!spread) return null;
+  const { cells, e_log, next } = spread;
+  /** @param {HTMLCanvasElement|null} canvas */
+  const draw = (canvas) => canvas?.getContext("2d")?.putImageData(new ImageData(mapPixels(spread), cells, cells), 0, 0);
+  const scene = next && `data:application/json,${encodeURIComponent(JSON.stringify(next.scene, null, 2))}`;
+  return html`
+    <figure class="open" data-testid="found-open">
+      <canvas width=${cells} height=${cells} ref=${draw} role="img" aria-label="Map of what is known, by the angles of the half vector" title="To the right: angle between half vector and normal; downwards: between half vector and light; 0 to 90 degrees. Green: the pictures show it. Red: materials that match them differ there." />
+      <figcaption>
+        Over all directions the error is about ${errorInWords(e_log)}: green is what the pictures show, red what they leave open.
+        ${next && html`<p data-testid="found-next">Next picture: ${nextInWords(next)}; error then about ${errorInWords(next.e_log)}. <a class="link" href=${scene} download="next.json">Its scene</a></p>`}
+      </figcaption>
+    </figure>
+  `;
+}
+
 /** @param {{of: Found}} props */
 const Figures = ({ of }) => html`
   <dl>
@@ -183,7 +203,7 @@ export function FoundView({ of: within, placeholder }) {
     <section class="found-one" aria-labelledby="found-title">
       <h3 id="found-title">${titleOf(of, within)}</h3>
       <${Picture} of=${of} placeholder=${placeholder} />
-      ${of && html`<${Light} /><${Views} of=${of} /><${Corrections} /><${Figures} of=${of} /><${Actions} of=${of} within=${within} />`}
+      ${of && html`<${Light} /><${Views} of=${of} /><${Corrections} />${of === searchStore.front.value[0] && html`<${Open} />`}<${Figures} of=${of} /><${Actions} of=${of} within=${within} />`}
       <${ProblemBox} place="found" />
       <button type="button" class="link" data-testid="job-lineage" title="All results of this search, in order" onClick=${() => openLineageOf(within)}>Open the lineage of the results</button>
     </section>

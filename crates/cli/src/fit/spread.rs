@@ -10,9 +10,6 @@ use brood_target::{KnownView, MeasuredTarget};
 use brood_worker::{darkest_and_brightest, map_picture};
 use serde_json::{Value, json};
 
-/// Least share by which a next picture lowers the error to be worth taking.
-const WORTH: f64 = 0.1;
-
 /// Spread of the materials that match pictures, as JSON and for a terminal.
 pub struct SpreadReport {
     pub json: Value,
@@ -28,9 +25,7 @@ impl SpreadReport {
     ) -> Result<Self> {
         let map = spread.map(&target.fitted).context("map what is known")?;
         let e_log = spread.e_log().context("measure what is open")?;
-        let next = spread.next_pictures(view).context("choose the next picture")?;
-        let next = next.into_iter().next();
-        let next = next.filter(|next| next.e_log[1] < (1.0 - WORTH) * next.e_log[0]);
+        let next = spread.next_picture(view).context("choose the next picture")?;
         let scene = next.as_ref().map_or(&view.setting.scene, |next| &next.scene);
         let [darkest, brightest] =
             darkest_and_brightest(spread, view, scene).context("draw what is open")?;

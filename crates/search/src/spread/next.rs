@@ -25,6 +25,8 @@ const UP_DEG: [f64; 5] = [0.0, 30.0, 60.0, -30.0, -60.0];
 /// Side of the grid of pixels that a picture is judged by.
 const SIDE_PX: u32 = 24;
 
+/// Least share by which a next picture lowers the error to be worth taking.
+const WORTH: f64 = 0.1;
 /// Least cosine of the angle to the eye: pixels at the outline do not count.
 const LEAST_COSINE: f64 = 0.2;
 
@@ -60,6 +62,16 @@ impl Spread {
         let mut all: Vec<NextPicture> = judged.into_iter().flatten().collect();
         all.sort_by(|a, b| a.e_log[1].total_cmp(&b.e_log[1]));
         Ok(all)
+    }
+
+    /// Returns the picture with the light elsewhere that would leave least open; `None` if no
+    /// picture leaves less than nine tenths.
+    ///
+    /// # Errors
+    /// Returns [`EvalError`] if a program cannot be evaluated.
+    pub fn next_picture(&self, view: &KnownView) -> Result<Option<NextPicture>, EvalError> {
+        let best = self.next_pictures(view)?.into_iter().next();
+        Ok(best.filter(|next| next.e_log[1] < (1.0 - WORTH) * next.e_log[0]))
     }
 
     /// ln(1 + f cos_i) or means of it that the pixels of a picture would show of every material;
