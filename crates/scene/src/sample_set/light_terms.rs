@@ -26,8 +26,6 @@ use crate::stage::Stage;
 const ROWS: usize = 25;
 /// Cosine of the last row.
 const COS_MIN: f64 = 0.005;
-/// Least number of samples of a light with an area.
-const AREA_SAMPLES: u32 = 64;
 
 /// Light at the centres of pixels.
 #[derive(Debug, Clone, Default)]
@@ -83,6 +81,9 @@ impl CentreLight {
 }
 
 impl LightTerms {
+    /// Least number of samples of a light with an area.
+    pub const AREA_SAMPLES: u32 = 64;
+
     /// Computes the light at the centres of pixels, columns and rows of a picture of that size.
     ///
     /// Environments have the mean radiance around up to 127 directions per pixel, with shadows
@@ -107,19 +108,14 @@ impl LightTerms {
         size_px: PictureSize,
         pixels: &[(u32, u32)],
     ) -> Self {
-        assert!(
-            pixels.iter().all(|(x, y)| *x < size_px.width && *y < size_px.height),
-            "pixels must be within {} x {}",
-            size_px.width,
-            size_px.height
-        );
+        size_px.assert_holds(pixels);
         let mut sampler = pixel_sampler(&stage.into(), scene, assets, size_px);
         let environments = [true, false].map(|casts| {
             let own = sampler.surface.take_environments_if(|light| light.casts_shadows == casts);
             Environments { light: DirectLight::new(own, LobeShape::Round), casts_shadows: casts }
         });
         for light in sampler.surface.lights.iter_mut().filter(|light| light.is_soft()) {
-            light.samples = light.samples.max(AREA_SAMPLES);
+            light.samples = light.samples.max(Self::AREA_SAMPLES);
         }
         let shared: Vec<Vec<Option<DirectionPair>>> =
             (0..ROWS).map(|row| DirectLight::pairs(LobeShape::Round, cosine(row))).collect();

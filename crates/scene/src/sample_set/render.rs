@@ -214,12 +214,7 @@ impl SampleSet {
         pixels: &[(u32, u32)],
         lobes: Option<LobeShape>,
     ) -> Self {
-        assert!(
-            pixels.iter().all(|(x, y)| *x < size_px.width && *y < size_px.height),
-            "pixels must be within {} x {}",
-            size_px.width,
-            size_px.height
-        );
+        size_px.assert_holds(pixels);
         let sampler = direct_sampler((&stage.into(), scene, assets), size_px, lobes);
         let offsets = subpixel_offsets(u32::from(samples));
         let together = (RAYS_TOGETHER / offsets.len()).max(1);

@@ -59,6 +59,19 @@ impl PictureSize {
         self.width.max(self.height)
     }
 
+    /// Checks that a picture of this size has these pixels: columns and rows.
+    ///
+    /// # Panics
+    /// If it lacks one of them.
+    pub(crate) fn assert_holds(self, pixels: &[(u32, u32)]) {
+        assert!(
+            pixels.iter().all(|(x, y)| *x < self.width && *y < self.height),
+            "pixels must be within {} x {}",
+            self.width,
+            self.height
+        );
+    }
+
     /// Returns the shorter side.
     #[must_use]
     pub fn shorter(self) -> u32 {

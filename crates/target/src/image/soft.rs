@@ -11,8 +11,6 @@ use crate::LightMeans;
 const MEANS: usize = 4096;
 /// Largest number of pairs of directions that only one pixel has, of all pixels together.
 const PAIRS: usize = 1 << 16;
-/// Least number of samples of a light with an area, as in [`LightTerms`].
-const AREA_SAMPLES: usize = 64;
 
 /// A pixel that is lit from several directions.
 #[derive(Debug, Clone, Copy)]
@@ -41,7 +39,7 @@ pub(super) fn means(
     let own_pairs = |light: &Light| match light {
         Light::Environment(_) => 0,
         Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Ies(_) => 1,
-        _ => AREA_SAMPLES.max(light.samples() as usize),
+        _ => light.samples().max(LightTerms::AREA_SAMPLES) as usize,
     };
     let own: usize = scene.lights.iter().map(own_pairs).sum();
     let count = all.len().min(MEANS).min(PAIRS / own.max(1));
