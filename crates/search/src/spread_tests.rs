@@ -123,3 +123,16 @@ fn range_is_between_the_quantiles_of_each_value() {
     let rows: Vec<Vec<f32>> = (0u8..41).map(|k| vec![f32::from(k), -f32::from(k)]).collect();
     assert_eq!(Spread::range(&rows), [vec![2.0, -38.0], vec![38.0, -2.0]]);
 }
+
+#[test]
+fn only_environments_that_turn_are_turned_for_a_next_picture() {
+    let (_, view, _) = searched(&[[0.5, 0.5, 5.0]]);
+    let counts = [("true", 0), ("false", 11)].map(|(fixed, wanted)| {
+        let light = format!(r#"[{{"kind": "environment", "image": "studio", "fixed": {fixed}}}]"#);
+        let lights = serde_json::from_str(&light).unwrap();
+        let scene = Scene { lights, ..view.setting.scene.clone() };
+        let setting = ViewSetup { scene, ..view.setting.clone() };
+        (super::next::scenes(&setting).len(), wanted)
+    });
+    assert!(counts.iter().all(|(found, wanted)| found == wanted), "{counts:?}");
+}

@@ -1,8 +1,8 @@
 //! The picture that would tell most about a material, among pictures with the light elsewhere.
 //!
-//! The drawn materials say what each picture would show, and how that goes along with the material
-//! at all directions. A picture with errors like those of the fit leaves a part of the spread open,
-//! which is computed as if all were Gaussian: that of an ensemble Kalman filter.
+//! The drawn materials give the covariance between the pixels of a picture and f at all directions.
+//! The variance of f after the picture is that of an ensemble Kalman filter, with the error of the
+//! fit as noise of the pixels.
 //!
 //! # Source
 //! Evensen, *The Ensemble Kalman Filter: Theoretical Formulation and Practical Implementation*
@@ -11,7 +11,7 @@
 use brood_eval::EvalError;
 use brood_light::{Light, LightMove};
 use brood_scene::{CameraMove, Correction, LightTerms, PictureSize, Scene};
-use brood_target::{KnownView, LightMeans, Samples};
+use brood_target::{KnownView, LightMeans, Samples, ViewSetup};
 use rayon::prelude::*;
 
 use super::{Spread, deviation};
@@ -38,13 +38,14 @@ pub struct NextPicture {
     /// Direction of the light as seen from the object with the eye in front: to the right and
     /// upwards from the eye, in degrees. `None` if the environment is turned instead.
     pub light_deg: Option<[f64; 2]>,
-    /// Estimated E_log over all directions before and after the picture.
+    /// Expected E_log over all directions before and after the picture.
     pub e_log: [f64; 2],
 }
 
 impl Spread {
-    /// Returns what pictures with the light elsewhere would leave open, the most useful first.
-    /// Empty if the light is neither a lamp without size nor an environment.
+    /// Returns pictures with the light elsewhere, sorted by the error expected after each, the
+    /// least first. Empty if no light is a lamp without size or an environment that `light_deg`
+    /// turns.
     ///
     /// # Errors
     /// Returns [`EvalError`] if a program cannot be evaluated.
@@ -57,15 +58,15 @@ impl Spread {
             let light_deg = scene.lamp_from_eye_deg(&view.setting.mesh, &view.setting.assets);
             Ok(Some(NextPicture { scene, light_deg, e_log: [before, after] }))
         };
-        let judged = scenes(view).into_par_iter().map(judge);
+        let judged = scenes(&view.setting).into_par_iter().map(judge);
         let judged: Vec<Option<NextPicture>> = judged.collect::<Result<_, _>>()?;
         let mut all: Vec<NextPicture> = judged.into_iter().flatten().collect();
         all.sort_by(|a, b| a.e_log[1].total_cmp(&b.e_log[1]));
         Ok(all)
     }
 
-    /// Returns the picture with the light elsewhere that would leave least open; `None` if no
-    /// picture leaves less than nine tenths.
+    /// Returns the picture with the light elsewhere after which the least error is expected; `None`
+    /// if no picture lowers it by a tenth.
     ///
     /// # Errors
     /// Returns [`EvalError`] if a program cannot be evaluated.
@@ -101,35 +102,36 @@ impl Spread {
     }
 }
 
-/// The scene of a view with its light elsewhere. Lamps without size move together; without them,
-/// environments turn.
-fn scenes(view: &KnownView) -> Vec<Scene> {
-    let scene = &view.setting.scene;
+/// The scene of a view with its light elsewhere. All lamps without size move together. In scenes
+/// without such lamps, the environments turn that `light_deg` turns.
+pub(super) fn scenes(setting: &ViewSetup) -> Vec<Scene> {
+    let scene = &setting.scene;
     let corrected = |right: f64, up: f64| {
         let by = LightMove { turn_deg: [right, up], distance: 1.0 };
         let lights = vec![by; scene.lights.len()];
         let by = Correction { lights, camera: CameraMove::default() };
-        scene.corrected(&view.setting.mesh, view.size_px(), &by)
+        // Only lights move, so the size of the picture does not matter.
+        scene.corrected(&setting.mesh, SIDE_PX, &by)
     };
     if scene.lights.iter().any(Light::is_movable) {
         let places = UP_DEG.iter().flat_map(|up| RIGHT_DEG.map(|right| (right, *up)));
         return places.skip(1).map(|(right, up)| corrected(right, up)).collect();
     }
-    if scene.has_environment() {
+    let turns = |light: &Light| matches!(light, Light::Environment(own) if !own.fixed);
+    if scene.lights.iter().any(turns) {
         let turned = |by: &f64| Scene { light_deg: scene.light_deg + by, ..scene.clone() };
         return RIGHT_DEG[1..].iter().map(turned).collect();
     }
     Vec::new()
 }
 
-/// Root mean square deviation at all directions that a picture would leave.
+/// Expected E_log over all directions after a picture.
 ///
 /// # Shapes
 /// One row per material in both.
 fn remaining(shown: &[Vec<f64>], everywhere: &[Vec<f64>], error: f64) -> f64 {
     let count = shown.len();
-    // All pixels of a picture count as few independent observations, and a picture with few lit
-    // pixels as fewer.
+    // A picture whose pixels are all lit counts as OPEN_INDEPENDENT independent observations.
     let pixels = f64::from(3 * SIDE_PX * SIDE_PX);
     let scale = OPEN_INDEPENDENT / (pixels * error * count as f64);
     let (shown, wanted) = (centred(shown), centred(everywhere));
