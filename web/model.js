@@ -120,7 +120,7 @@
  *
  * @typedef {api.SearchState} JobState
  *
- * @typedef {api.MaterialSpread} Spread what the pictures of a search leave open
+ * @typedef {api.MaterialSpread} Spread spread of the materials that match the pictures of a search
  *
  * @typedef {api.FoundMaterial} Found a result of a search, which is an individual of its lineage
  *

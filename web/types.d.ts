@@ -1315,7 +1315,7 @@ export interface components {
             deviation: number[];
             /**
              * Format: double
-             * @description Estimated E_log of the best over all directions.
+             * @description Expected E_log over all directions.
              */
             e_log: number;
             next?: components["schemas"]["NextScene"] | null;
@@ -1373,7 +1373,7 @@ export interface components {
         NextScene: {
             /**
              * Format: double
-             * @description Estimated E_log over all directions after it.
+             * @description Expected E_log over all directions after it.
              */
             e_log: number;
             /**

@@ -56,7 +56,7 @@ fn material_is_recovered_from_a_picture_of_a_known_scene() {
         let bytes = std::fs::read(folder.path().join(format!("out/{name}.png"))).unwrap();
         assert_eq!(image::load_from_memory(&bytes).unwrap().width(), 48, "{name}");
     }
-    // What the picture leaves open.
+    // Spread of the materials that match the picture.
     let spread = &report["spread"];
     assert_eq!(spread["seen"].as_array().unwrap().len(), 900);
     let seen: f64 = spread["seen"].as_array().unwrap().iter().filter_map(Value::as_f64).sum();

@@ -1,5 +1,6 @@
 /**
- * What the pictures of a search leave open: its map as pixels, and the next picture in words.
+ * Spread of the materials that match the pictures of a search: its map as pixels, and the next
+ * picture in words.
  *
  * @import { Spread } from "../model.js"
  */
@@ -24,7 +25,7 @@ export function mapPixels({ cells, seen, deviation }) {
   return pixels;
 }
 
-/** The next picture in words. @param {NonNullable<Spread["next"]>} of */
+/** Next picture in words. @param {NonNullable<Spread["next"]>} of */
 export function nextInWords({ light_deg, scene }) {
   if (!light_deg) return `turn the environment: "light_deg" ${scene.light_deg ?? 0}`;
   const [right = 0, up = 0] = light_deg;

@@ -146,8 +146,8 @@ impl SearchRun {
         Ok(SearchUpdate::Finished { front: front?, seconds })
     }
 
-    /// Returns what the pictures of the target leave open; `None` for other targets, and for
-    /// strategies without probabilities.
+    /// Returns the spread of the materials that match the pictures of the target; `None` for other
+    /// targets, and for strategies without probabilities.
     pub(crate) fn spread(&self) -> Result<Option<SearchUpdate>, String> {
         let TargetFile { target, pictures: Some(pictures), .. } = &self.target.file else {
             return Ok(None);

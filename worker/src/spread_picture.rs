@@ -1,5 +1,5 @@
-//! Pictures of what a search leaves open: the darkest and the brightest that a material could be,
-//! and the map of what the samples show.
+//! Pictures of the spread of a search: the darkest and the brightest of the matching materials, and
+//! the map over theta_h and theta_d.
 
 use brood_eval::{
     CanonicalEvaluator, Developed, EvalError, Evaluator, Gain, RadianceImage, develop_exposed,

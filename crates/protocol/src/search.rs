@@ -220,8 +220,8 @@ pub struct Front {
     /// Materials of the front: the best first, then by decreasing length. Empty until the search
     /// has ended.
     pub items: Vec<FoundMaterial>,
-    /// Spread of what the pictures of the target leave open. Null until the search has ended, and
-    /// unless models were fitted to pictures.
+    /// Spread of the materials that match the pictures of the target. Null until the search has
+    /// ended, and unless models were fitted to pictures.
     pub spread: Option<MaterialSpread>,
 }
 
@@ -231,7 +231,7 @@ pub struct Front {
 /// degrees, at phi_d = 90 degrees, row by row.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct MaterialSpread {
-    /// Estimated E_log of the best over all directions.
+    /// Expected E_log over all directions.
     pub e_log: f64,
     /// Number of rows, and of columns.
     pub cells: u32,
@@ -239,8 +239,8 @@ pub struct MaterialSpread {
     pub seen: Vec<f64>,
     /// Standard deviation of ln f in each cell; 0 below the surface.
     pub deviation: Vec<f64>,
-    /// The picture that would leave least open, if it leaves less than nine tenths. Null for other
-    /// lights than lamps without size and environments.
+    /// The picture after which the least error is expected. Null if no picture lowers it by a
+    /// tenth, and without lamps without size and environments that `light_deg` turns.
     pub next: Option<NextScene>,
 }
 
@@ -252,7 +252,7 @@ pub struct NextScene {
     /// Direction of the lamp from the object with the eye in front: to the right and upwards,
     /// degrees. Null if the environment is turned.
     pub light_deg: Option<[f64; 2]>,
-    /// Estimated E_log over all directions after it.
+    /// Expected E_log over all directions after it.
     pub e_log: f64,
 }
 

@@ -145,7 +145,7 @@ pub enum SearchUpdate {
     Failed(String),
     /// Corrections of the scenes of all images of the target, at the start of each lease.
     Calibrated(Vec<CalibratedView>),
-    /// Spread of what the pictures of the target leave open, before the end: JSON of a
+    /// Spread of the materials that match the pictures, before the end: JSON of a
     /// [`MaterialSpread`](crate::MaterialSpread), because scenes have fields that need a
     /// self-describing format.
     Spread(String),

@@ -124,8 +124,8 @@ pub(crate) trait Method: Send {
     /// the first `false` on.
     fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome>;
 
-    /// Materials drawn from what the samples leave open; `None` if the strategy has no
-    /// probabilities.
+    /// Random materials that match the samples about as well as the best; `None` if the strategy
+    /// has no probabilities.
     fn posterior(&self, _count: usize) -> Option<Posterior> {
         None
     }

@@ -143,9 +143,8 @@ impl Search {
         self.method.finish(&mut has_time)
     }
 
-    /// Draws `count` materials that match the samples about as well as the best: what samples and
-    /// prior leave open. `None` before the first generation and for other strategies than
-    /// [`Strategy::Analytic`].
+    /// Draws `count` materials that match the samples about as well as the best. `None` before the
+    /// first generation and for other strategies than [`Strategy::Analytic`].
     #[must_use]
     pub fn posterior(&self, count: usize) -> Option<Posterior> {
         self.method.posterior(count)

@@ -1,5 +1,5 @@
-//! Spread of the materials that match samples about as well as the best: where the samples leave
-//! the material open, how bright and dark it could be, and which picture to take next.
+//! Spread of the materials that match samples about as well as the best: the directions in which
+//! they differ, their darkest and brightest values, and the picture to take next.
 //!
 //! Owns the statistics of drawn materials ([`Search::posterior`]). Independent of how they are
 //! drawn.
@@ -26,7 +26,7 @@ const CELLS: usize = 30;
 /// Number of pairs of all directions at which the error is estimated.
 const PAIRS: usize = 512;
 const PAIRS_SEED: u64 = 5;
-/// Quantiles of the darkest and the brightest that a material could be.
+/// Quantiles of the darkest and the brightest values.
 const QUANTILES: [f64; 2] = [0.05, 0.95];
 
 /// Materials that match samples about as well as the best.
@@ -53,7 +53,8 @@ impl SpreadMap {
 }
 
 impl Spread {
-    /// Draws materials from what a search leaves open; `None` if its strategy has no probabilities.
+    /// Draws materials that match the samples of a search; `None` if its strategy has no
+    /// probabilities.
     #[must_use]
     pub fn of(search: &Search) -> Option<Self> {
         let Posterior { genomes, error } = search.posterior(COUNT)?;
@@ -71,8 +72,8 @@ impl Spread {
         &self.programs
     }
 
-    /// Estimated E_log of the best over all pairs of directions: the root mean square deviation of
-    /// ln(1 + f cos_i) over the drawn materials.
+    /// Expected E_log over all directions: the root mean square deviation of ln(1 + f cos_i) over
+    /// the drawn materials.
     ///
     /// # Errors
     /// Returns [`EvalError`] if a program cannot be evaluated.
@@ -97,7 +98,7 @@ impl Spread {
         self.programs.par_iter().map(of).collect()
     }
 
-    /// Maps the spread, and where the samples are.
+    /// Maps the spread and the samples over theta_h and theta_d.
     ///
     /// # Errors
     /// Returns [`EvalError`] if a program cannot be evaluated.
@@ -121,8 +122,8 @@ impl Spread {
         Ok(SpreadMap { seen: seen(samples), deviation })
     }
 
-    /// The darkest and the brightest that the material could be: quantiles of values that each
-    /// material gives, such as the radiance of pixels. `values` has one row per material.
+    /// The 5 and 95 % quantiles of each value over the materials, such as the radiance of a pixel.
+    /// `values` has one row per material.
     ///
     /// # Panics
     /// If rows have different lengths.

@@ -207,7 +207,7 @@ impl Store {
         Ok(row.column::<Option<_>>("front_json")?.unwrap_or_default())
     }
 
-    /// Stores what a search leaves open.
+    /// Stores the spread of a search.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
@@ -221,7 +221,7 @@ impl Store {
         .await
     }
 
-    /// Returns what a search leaves open; `None` until it has ended, and if it has no spread.
+    /// Returns the spread of a search; `None` until it has ended, and if its strategy has none.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist.

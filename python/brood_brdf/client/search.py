@@ -142,7 +142,7 @@ def front(search: Ref) -> Call[tuple[FoundMaterial, ...]]:
 
 
 def spread(search: Ref) -> Call[MaterialSpread | None]:
-    """Returns what the pictures of the target leave open.
+    """Returns the spread of the materials that match the pictures of the target.
 
     None until the search has ended, and unless models were fitted to pictures.
     """
@@ -381,7 +381,7 @@ class NextScene(Record):
         scene: Scene of the first picture with the light elsewhere.
         light_deg: Direction of the lamp from the object with the eye in front: to the right and
             upwards, degrees. None if the environment is turned.
-        e_log: Estimated E_log over all directions after it.
+        e_log: Expected E_log over all directions after it.
     """
 
     scene: Mapping[str, Any] = field(hash=False, repr=False)
@@ -397,11 +397,11 @@ class MaterialSpread(Record):
     degrees, at phi_d = 90 degrees, row by row.
 
     Attributes:
-        e_log: Estimated E_log of the best over all directions.
+        e_log: Expected E_log over all directions.
         cells: Number of rows, and of columns.
         seen: Share of the samples in each cell.
         deviation: Standard deviation of ln f in each cell; 0 below the surface.
-        next: The picture that would leave least open, if it leaves less than nine tenths.
+        next: The picture after which the least error is expected; None if none lowers it by a tenth.
     """
 
     nested: ClassVar[Mapping[str, type[Record]]] = {"next": NextScene}

@@ -189,7 +189,7 @@ impl Searches {
         Ok(Directive::Continue)
     }
 
-    /// Stores what the pictures of the target leave open.
+    /// Stores the spread of the materials that match the pictures of the target.
     async fn take_spread(&self, search: &StoredSearch, json: &str) -> Result<Directive, ApiError> {
         let spread: MaterialSpread = serde_json::from_str(json)
             .map_err(|error| ApiError::refused(format!("a spread: {error}")))?;

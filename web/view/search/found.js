@@ -135,7 +135,7 @@ function Corrections() {
   `;
 }
 
-/** Map of what the pictures leave open, and the picture to take next. */
+/** Map of the directions that are known, and the picture to take next. */
 function Open() {
   const spread = searchStore.spread.value;
   if (!spread) return null;
@@ -147,8 +147,8 @@ function Open() {
     <figure class="open" data-testid="found-open">
       <canvas width=${cells} height=${cells} ref=${draw} role="img" aria-label="Map of what is known, by the angles of the half vector" title="To the right: angle between half vector and normal; downwards: between half vector and light; 0 to 90 degrees. Green: the pictures show it. Red: materials that match them differ there." />
       <figcaption>
-        Over all directions the error is about ${errorInWords(e_log)}: green is what the pictures show, red what they leave open.
-        ${next && html`<p data-testid="found-next">Next picture: ${nextInWords(next)}; error then about ${errorInWords(next.e_log)}. <a class="link" href=${scene} download="next.json">Its scene</a></p>`}
+        Expected error over all directions: ${errorInWords(e_log)}. Green: directions that the pictures show. Red: directions in which materials that match them differ.
+        ${next && html`<p data-testid="found-next">Next picture: ${nextInWords(next)}. Expected error with it: ${errorInWords(next.e_log)}. <a class="link" href=${scene} download="next.json">Its scene</a></p>`}
       </figcaption>
     </figure>
   `;

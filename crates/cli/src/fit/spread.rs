@@ -1,4 +1,4 @@
-//! Report of what a fit of pictures leaves open: how sure it is, and which picture to take next.
+//! Report of the spread of materials that match pictures: expected error, map and next picture.
 
 use std::path::Path;
 
@@ -48,7 +48,7 @@ impl SpreadReport {
             })),
         });
         let text = format!(
-            "E_log over all directions: about {e_log:.4}, by the materials that match the pictures as well\n{}",
+            "expected E_log over all directions: {e_log:.4}, from materials that match the pictures about as well\n{}",
             next.as_ref().map_or_else(String::new, in_words)
         );
         Ok(Self { json, text })
@@ -68,5 +68,5 @@ fn in_words(next: &NextPicture) -> String {
         }
         None => format!("with `light_deg` {}", next.scene.light_deg),
     };
-    format!("a next picture {where_to} (next.json) would lower it to about {:.4}\n", next.e_log[1])
+    format!("expected after a next picture {where_to} (next.json): {:.4}\n", next.e_log[1])
 }

@@ -1,7 +1,8 @@
-//! Draws of materials that the samples leave open.
+//! Random materials that match the samples about as well as the best.
 //!
-//! A form of models has a probability, and its parameters about a Gaussian around their fit. Points
-//! are drawn from these Gaussians and drawn again by how probable they really are.
+//! Each form of models has a probability. The parameters of a form are distributed about as a
+//! Gaussian around their fit. Points are drawn from these Gaussians, and then drawn again with
+//! their true probabilities as weights.
 //!
 //! # Source
 //! Rubin, *Using the SIR Algorithm to Simulate Posterior Distributions* (1988); Ionides, *Truncated
@@ -21,9 +22,9 @@ use crate::solve;
 /// Number of points drawn for each form, as a multiple of the wanted materials.
 const DRAWN: usize = 2;
 /// Number of independent observations that all samples count as, and the least error of every fit
-/// as a share of the root mean square of ln(1 + f cos_i). No model is exact, and where nothing is
-/// seen it fails by more than where it was fitted: with the numbers of the search, spreads held a
-/// half of the truth. The example `spread` measures what they hold.
+/// as a share of the root mean square of ln(1 + f cos_i). No model is exact. With the values of the
+/// search, the quantiles contained only half of the measured f at directions without samples. The
+/// example `spread` measures that share.
 pub(crate) const OPEN_INDEPENDENT: f64 = 10.0;
 const LEAST_ERROR: f64 = 0.18;
 /// Attempt of the random streams, which no generation has.
@@ -42,7 +43,7 @@ struct FormDraws {
 }
 
 impl Analytic {
-    /// Draws `count` materials from what samples and prior leave open. `None` before the first
+    /// Draws `count` materials by their probability after the samples. `None` before the first
     /// generation.
     pub(super) fn posterior(&self, count: usize) -> Option<Posterior> {
         let best = self.kept.first()?;
@@ -80,7 +81,7 @@ impl Analytic {
         let detail = TableDetail::Coarse;
         let equations = workspace.normal_equations(space, &fit.point, &batch, detail);
         let precision: Vec<f64> = equations.matrix.iter().map(|value| scale * value).collect();
-        // Without the rows of the prior.
+        // The samples alone, without the prior.
         let samples = workspace.normal_equations(space, &fit.point, &self.few, detail);
         let hessian: Vec<f64> = samples.matrix.iter().map(|value| scale * value).collect();
         let evidence = OPEN_INDEPENDENT * libm::log(self.error(kept))
@@ -120,8 +121,8 @@ fn weights(draws: &[Draw]) -> f64 {
     draws.iter().map(|draw| draw.weight).sum()
 }
 
-/// Draws again by the probability of forms and the weights within them, in equal steps of the
-/// summed weights.
+/// Draws `count` materials by weight, in equal steps of the summed weights. The weight of a
+/// material is the probability of its form times its weight within the form.
 fn resampled(drawn: &[FormDraws], count: usize) -> Vec<Genome> {
     let share = |form: &FormDraws| match form.draws.is_empty() {
         true => 0.0,
