@@ -401,7 +401,8 @@ class MaterialSpread(Record):
         cells: Number of rows, and of columns.
         seen: Share of the samples in each cell.
         deviation: Standard deviation of ln f in each cell; 0 below the surface.
-        next: The picture after which the least error is expected; None if none lowers it by a tenth.
+        next: The picture after which the least error is expected, or None if none lowers it by
+            a tenth.
     """
 
     nested: ClassVar[Mapping[str, type[Record]]] = {"next": NextScene}
