@@ -172,7 +172,7 @@ impl Shot<'_> {
         let mut image = shade(&covered, &vec![0.0; 3 * covered.len()]);
         let place = |at: u32| (area.x + at % area.width, area.y + at / area.width);
         let pixels: Vec<(u32, u32)> = (0..area.width * area.height).map(place).collect();
-        let light = LightTerms::render(mesh, scene, assets, size_px, &pixels);
+        let light = LightTerms::render(mesh, scene, assets, size_px, &pixels, 1);
         let mut f = Vec::new();
         material.shade(&SampleSet::from_pairs(&light.pairs, &[]), &mut f);
         let count = light.pairs.len();

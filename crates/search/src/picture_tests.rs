@@ -102,14 +102,21 @@ fn clipped_highlight_bounds_the_fit_from_below() {
     let model = model.with("roughness", &[0.3]).unwrap().with("f0", &[0.3; 3]).unwrap();
     let matt = Model::new(ModelKind::Lambert).with("albedo", &diffuse).unwrap();
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
-    let scene = scene(r#"{"lights": [{"kind": "directional"}], "light_deg": 20}"#);
+    let lit_by = |irradiance: f32| {
+        scene(&format!(
+            r#"{{"lights": [{{"kind": "directional", "irradiance_w_m2": {irradiance}}}], "light_deg": 20}}"#
+        ))
+    };
+    let brightest =
+        |picture: &LinearPicture| picture.pixels.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
+    let once = LinearPicture::from(&rendered(&model, &mesh, &lit_by(1.0), Sampling::Adaptive));
+    // Everything above a third of the brightest is clipped, and the mask excludes the slope of the
+    // highlight: a diffuse body is left, and only the clipped pixels indicate a highlight.
+    let limit = 1.0;
+    let scene = lit_by(3.0 * limit / brightest(&once));
     let image = rendered(&model, &mesh, &scene, Sampling::Adaptive);
     let body = LinearPicture::from(&rendered(&matt, &mesh, &scene, Sampling::Adaptive));
     let mut picture = LinearPicture::from(&image);
-    let brightest = picture.pixels.iter().map(|pixel| pixel[0]).fold(0.0, f32::max);
-    // Everything above a third of the brightest is clipped, and the mask excludes the slope of the
-    // highlight: a diffuse body is left, and only the clipped pixels indicate a highlight.
-    let limit = brightest / 3.0;
     let mut mask = body.clone();
     for (at, pixel) in picture.pixels.iter_mut().enumerate() {
         picture.clipped[at] = pixel[0] > limit;
@@ -119,9 +126,10 @@ fn clipped_highlight_bounds_the_fit_from_below() {
     }
     let given = View { mask: Some(&mask), ..view(&mesh, &scene, &assets, &picture) };
     let (view, samples) = ImageView::new(&given).unwrap();
-    assert!(samples.lower_bounds().len() > 10, "{}", samples.lower_bounds().len());
-    assert!(view.counts().clipped as usize >= samples.lower_bounds().len());
-    let unbounded = Samples::new(samples.pairs().to_vec(), samples.values().to_vec());
+    let centres = samples.at_centres();
+    assert!(centres.lower_bounds().len() > 10, "{}", centres.lower_bounds().len());
+    assert!(view.counts().clipped as usize >= centres.lower_bounds().len());
+    let unbounded = Samples::new(centres.pairs().to_vec(), centres.values().to_vec());
     for strategy in [Strategy::Lobes, Strategy::Analytic] {
         // Least ratio of the found f to the lower bounds of the clipped pixels.
         let reached = |samples_to_fit: &Samples| {
@@ -132,9 +140,9 @@ fn clipped_highlight_bounds_the_fit_from_below() {
             });
             let outcome = search.finish().unwrap();
             let program = Program::lower(&outcome.front[outcome.best].genome);
-            let pairs: Vec<_> = samples.lower_bounds().iter().map(|bound| bound.pair).collect();
+            let pairs: Vec<_> = centres.lower_bounds().iter().map(|bound| bound.pair).collect();
             let found = Samples::of_program(&program, pairs).unwrap();
-            let below = samples.lower_bounds().iter().zip(found.values());
+            let below = centres.lower_bounds().iter().zip(found.values());
             below.map(|(bound, f)| f[0] / bound.f[0]).fold(f64::INFINITY, f64::min)
         };
         let (with, without) = (reached(&samples), reached(&unbounded));
@@ -237,15 +245,20 @@ fn model_is_found_from_a_picture_in_an_environment_or_under_several_lights() {
     let model = Model::new(ModelKind::CookTorrance).with("diffuse", &[0.2, 0.1, 0.05]).unwrap();
     let model = model.with("roughness", &[0.25]).unwrap();
     let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
-    for (lights, most) in [
-        (r#"{"kind": "environment", "image": "studio", "samples": 1024}"#, 0.01),
+    for (lights, sampling, most) in [
+        (
+            r#"{"kind": "environment", "image": "studio", "samples": 1024}"#,
+            Sampling::Adaptive,
+            0.01,
+        ),
         (
             r#"{"kind": "point", "position": [3, 3, 3]}, {"kind": "point", "position": [-3, 1, 2]}"#,
+            Sampling::Fixed(64),
             5e-4,
         ),
     ] {
         let scene = scene(&format!(r#"{{"lights": [{lights}]}}"#));
-        let picture = LinearPicture::from(&rendered(&model, &mesh, &scene, Sampling::Adaptive));
+        let picture = LinearPicture::from(&rendered(&model, &mesh, &scene, sampling));
         let (_, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
         assert!(samples.means().samples() > 100, "{lights}");
         let target = MeasuredTarget::of_pixels(&samples).unwrap();

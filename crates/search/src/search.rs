@@ -14,7 +14,7 @@ use crate::{Population, Probe};
 /// Sizes (units, terms) of the family of lobes that are tried.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// First byte of a checkpoint. Increase it whenever a strategy changes its results.
-const VERSION: u8 = 8;
+const VERSION: u8 = 9;
 
 /// Inputs of a search besides its samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,11 +62,13 @@ impl Search {
     /// Creates a search at generation 0.
     #[must_use]
     pub fn new(samples: &Samples, options: &Options) -> Self {
+        // Only models are fitted to means.
+        let centres = || samples.at_centres();
         let method: Box<dyn Method> = match options.strategy {
-            Strategy::Lobes => Box::new(lobes(samples, options)),
+            Strategy::Lobes => Box::new(lobes(&centres(), options)),
             Strategy::Analytic => Box::new(analytic(samples, options, default_kinds())),
-            Strategy::Gp => Box::new(genetic(samples, options)),
-            Strategy::Hybrid => Box::new(hybrid(samples, options)),
+            Strategy::Gp => Box::new(genetic(&centres(), options)),
+            Strategy::Hybrid => Box::new(hybrid(&centres(), options)),
         };
         Self { method }
     }
@@ -82,7 +84,8 @@ impl Search {
     /// [`Search::resume`] does not restore.
     #[must_use]
     pub fn with_population(samples: &Samples, options: &Options, population: Population) -> Self {
-        Self { method: Box::new(Gp::of(samples, &starts(options), options.seed, population)) }
+        let (samples, starts) = (samples.at_centres(), starts(options));
+        Self { method: Box::new(Gp::of(&samples, &starts, options.seed, population)) }
     }
 
     /// Restores a search from a checkpoint. With the same samples and options, the next generations

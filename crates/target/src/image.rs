@@ -6,6 +6,7 @@
 
 mod clip;
 mod film;
+mod highlight;
 mod noise;
 mod pixel;
 mod refusal;
@@ -20,14 +21,15 @@ use brood_scene::{
 };
 
 use crate::measured::FEWEST;
-use crate::{LightMeans, LowerBound, Samples};
+use crate::{LightMeans, LowerBound, PixelRadiance, Samples};
 use clip::{Clip, Clipping};
 use film::FilmInverse;
+use highlight::{PARTS, highlights};
 pub use pixel::{PixelCounts, PixelStatus};
 use pixel::{PixelReading, around};
 pub use refusal::ImageTargetError;
 use refusal::SIDE;
-use soft::{SeveralPixel, soft_light};
+use soft::{MeanPixels, own_pairs, soft_light};
 
 /// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
@@ -103,7 +105,8 @@ impl ImageView {
     /// A pixel is used if the mesh covers it wholly, one light reaches its centre, and the light is
     /// uniform within it. f is its radiance over the irradiance there. If such a pixel is clipped,
     /// its f is a lower bound ([`Samples::lower_bounds`]). A pixel that several lights, a light
-    /// with an area or an environment reach shows a mean of f cos_i ([`Samples::means`]).
+    /// with an area or an environment reach shows a mean of f cos_i ([`Samples::means`]), and so
+    /// does a pixel in a highlight, within which f may differ.
     ///
     /// # Errors
     /// Returns [`ImageTargetError`] if sizes do not match, a pixel is not finite, the scene's
@@ -189,7 +192,13 @@ impl ImageView {
         let spans = spans(&layout);
         let size = (layout.width as usize, layout.height as usize);
         let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
-        let mut several = Vec::new();
+        // Pixels that show means: over lights at the centre, and over points of highlights.
+        let (mut several, mut within) = (MeanPixels::new(), MeanPixels::new());
+        // Pixels of one ray show their centre alone.
+        let is_highlight = match self.is_soft || layout.sampling == Sampling::Fixed(1) {
+            true => vec![false; spans.len()],
+            false => highlights(&self.set, &spans, own_pairs(lit.0)),
+        };
         let (in_mask, clips) = (&self.in_mask, &self.clips);
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
@@ -202,43 +211,51 @@ impl ImageView {
                 _ if clips[pixel] == Clip::Beside => PixelReading::Unusable(PixelStatus::Clipped),
                 Some(span) if clips[pixel] == Clip::Bound => match self.lit(span) {
                     PixelReading::Sample(pair, value) => PixelReading::LowerBound(pair, value),
-                    PixelReading::Several => PixelReading::SeveralBound,
-                    PixelReading::LowerBound(..)
-                    | PixelReading::SeveralBound
-                    | PixelReading::Unusable(_) => PixelReading::Unusable(PixelStatus::Clipped),
+                    PixelReading::Several(_) => PixelReading::Several(PixelStatus::Clipped),
+                    PixelReading::LowerBound(..) | PixelReading::Unusable(_) => {
+                        PixelReading::Unusable(PixelStatus::Clipped)
+                    }
                 },
                 None if clips[pixel] == Clip::Bound => PixelReading::Unusable(PixelStatus::Clipped),
                 None => PixelReading::Unusable(PixelStatus::Unlit),
                 Some(span) => self.lit(span),
             };
+            let known = self.least(pixel).map(|least| (least.radiance, least.is_known));
+            let (radiance, is_known) = known.unwrap_or((self.target[pixel], [true; 3]));
+            let shown = |centre| (pixel, PixelRadiance { radiance, is_known, centre });
+            let is_within = is_highlight[pixel];
             let status = match reading {
                 PixelReading::Unusable(status) => status,
                 PixelReading::Sample(pair, value) => {
-                    pairs.push(pair);
-                    values.push(value);
+                    if is_within {
+                        within.push(shown(Some((pair, value))));
+                    } else {
+                        pairs.push(pair);
+                        values.push(value);
+                    }
                     PixelStatus::Used
                 }
                 PixelReading::LowerBound(pair, f) => {
-                    let is_known = self.least(pixel).map_or([false; 3], |least| least.is_known);
-                    least.push(LowerBound { pair, f, is_known });
+                    if is_within {
+                        within.push(shown(Some((pair, f))));
+                    } else {
+                        least.push(LowerBound { pair, f, is_known });
+                    }
                     PixelStatus::Clipped
                 }
-                PixelReading::Several => {
-                    let (radiance, is_known) = (self.target[pixel], [true; 3]);
-                    several.push(SeveralPixel { pixel, radiance, is_known });
-                    PixelStatus::SeveralLights
-                }
-                PixelReading::SeveralBound => {
-                    let known = self.least(pixel).map(|least| (least.radiance, least.is_known));
-                    let (radiance, is_known) = known.expect("a clipped pixel has a bound");
-                    several.push(SeveralPixel { pixel, radiance, is_known });
-                    PixelStatus::Clipped
+                PixelReading::Several(status) => {
+                    if is_within { &mut within } else { &mut several }.push(shown(None));
+                    status
                 }
             };
             self.statuses.push(status);
         }
-        let (means, unlit) = soft::means(mesh, lit, layout.size_px, &several);
-        unlit.into_iter().for_each(|pixel| self.statuses[pixel] = PixelStatus::Unlit);
+        let mut means = LightMeans::default();
+        for of in [(&several, 1), (&within, PARTS)] {
+            let (found, unlit) = soft::means(mesh, lit, layout.size_px, of);
+            means.append(&found);
+            unlit.into_iter().for_each(|pixel| self.statuses[pixel] = PixelStatus::Unlit);
+        }
         self.counts = PixelCounts::of(&self.statuses);
         Samples::new(pairs, values).with_lower_bounds(least).with_means(means)
     }
@@ -271,7 +288,7 @@ impl ImageView {
         }
         match lights {
             1 if !self.is_soft => PixelReading::Sample(pair, f),
-            _ => PixelReading::Several,
+            _ => PixelReading::Several(PixelStatus::SeveralLights),
         }
     }
 

@@ -1,6 +1,6 @@
 //! Tests that rendered pictures are read back, and that unusable pictures are rejected.
 
-use brood_brdf::{Model, ModelKind};
+use brood_brdf::{DirectionPair, Model, ModelKind};
 use brood_eval::shade_brdf;
 use brood_mesh::BuiltinMesh;
 
@@ -51,7 +51,9 @@ fn pixels_give_the_reflectance_of_the_rendered_model() {
         let picture = LinearPicture::from(&image);
         let (view, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
         let counts = view.counts();
-        assert!(counts.used as usize == samples.len() && counts.used > 300, "{counts}");
+        let means = samples.means().samples();
+        assert!(counts.used as usize == samples.len() + means && counts.used > 300, "{counts}");
+        assert!(means > 50, "{means} pixels are in the highlight");
         let PixelCounts { masked, background, edge, clipped, unlit, .. } = counts;
         let PixelCounts { half_lit, several_lights, grazing, used, .. } = counts;
         let all = masked + background + edge + clipped + unlit + half_lit + several_lights;
@@ -115,7 +117,11 @@ fn pixels_lit_by_several_lights_are_means() {
     assert!(view.counts().several_lights > 50 && samples.len() > 200, "{}", view.counts());
     let lambert = 0.5 / std::f64::consts::PI;
     assert!(samples.values().iter().all(|f| (f[0] - lambert).abs() < 0.02 * lambert));
-    assert_eq!(view.counts().several_lights, samples.means().samples() as u64);
+    let values = samples.means().values();
+    let several = values.iter().filter(|value| value.centre.is_none()).count();
+    assert_eq!(view.counts().several_lights, several as u64);
+    let centres = samples.at_centres();
+    assert_eq!(view.counts().used as usize, centres.len());
     matches_lambert(&samples, 0.02);
 }
 
@@ -154,6 +160,39 @@ fn pixels_under_lights_with_an_area_are_means() {
         let error = ImageView::new(&refined).unwrap_err().to_string();
         assert!(error.contains("cannot be corrected yet"), "{error}");
     }
+}
+
+#[test]
+fn highlights_narrower_than_a_pixel_are_means_over_it() {
+    let model = Model::new(ModelKind::Conductor).with("roughness", &[0.02]).unwrap();
+    let (mesh, assets) = (Mesh::builtin(BuiltinMesh::Sphere), LightAssets::default());
+    let scene = scene(r#"{"lights": [{"kind": "point", "position": [3, 3, 3]}]}"#);
+    // Largest difference, as a share of the largest value.
+    let off = |values: &[[f64; 3]], of: &dyn Fn(usize) -> [f64; 3]| {
+        let most = values.as_flattened().iter().fold(0.0f64, |most, f| most.max(*f));
+        let error = |at: usize| (0..3).map(move |c| (of(at)[c] - values[at][c]).abs());
+        (0..values.len()).flat_map(error).fold(0.0, f64::max) / most
+    };
+    let brdf = model.brdf();
+    let f = |pair: &DirectionPair| brdf.f(pair).to_array();
+    let image = rendered(&model, &mesh, &scene, Sampling::Fixed(4096));
+    let picture = LinearPicture::from(&image);
+    let given = View { sampling: Sampling::Fixed(64), ..view(&mesh, &scene, &assets, &picture) };
+    let (_, samples) = ImageView::new(&given).unwrap();
+    let means = samples.means();
+    let of_pairs: Vec<[f64; 3]> = means.pairs().iter().map(f).collect();
+    let (found, wanted) = (means.of(&of_pairs), means.values().iter().map(|value| value.mean));
+    let wanted: Vec<[f64; 3]> = wanted.collect();
+    let within = off(&wanted, &|at| found[at]);
+    let centres = samples.at_centres();
+    assert!(centres.means().is_empty() && centres.observations() == samples.observations());
+    let centre = off(centres.values(), &|at| f(&centres.pairs()[at]));
+    assert!(within < 0.01 && centre > 0.2, "{within} {centre}");
+    // A picture of one ray per pixel shows the centres.
+    let image = rendered(&model, &mesh, &scene, Sampling::Fixed(1));
+    let picture = LinearPicture::from(&image);
+    let given = View { sampling: Sampling::Fixed(1), ..view(&mesh, &scene, &assets, &picture) };
+    assert!(ImageView::new(&given).unwrap().1.means().is_empty());
 }
 
 #[test]

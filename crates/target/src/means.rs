@@ -1,5 +1,5 @@
-//! Means of f cos_i over the directions from which light reaches a pixel: what a picture shows of a
-//! material under several lights, lights with an area, or environments.
+//! Means of f cos_i over the pairs of directions that a pixel shows: under several lights, lights
+//! with an area or environments, and in highlights, which differ within a pixel.
 //!
 //! Owns the shares of directions in each mean. Independent of scenes and pixels.
 
@@ -8,7 +8,7 @@ use std::ops::Range;
 use brood_brdf::DirectionPair;
 use brood_scene::LightTerms;
 
-/// Means of f cos_i over directions of light, each with its measured value. Means share pairs of
+/// Means of f cos_i over pairs of directions, each with its measured value. Means share pairs of
 /// directions, so a material is evaluated at few pairs for many means.
 #[derive(Debug, Clone, Default)]
 pub struct LightMeans {
@@ -28,6 +28,20 @@ pub struct MeanValue {
     pub mean: [f64; 3],
     /// True for channels whose mean is known; it is a lower bound for the others.
     pub is_known: [bool; 3],
+    /// Pair at the centre of the pixel, and what f would be if it was the same within the pixel;
+    /// `None` if several directions of light reach the centre.
+    pub centre: Option<(DirectionPair, [f64; 3])>,
+}
+
+/// Radiance of a pixel from which a mean is made.
+#[derive(Debug, Clone, Copy)]
+pub struct PixelRadiance {
+    /// Radiance of red, green and blue.
+    pub radiance: [f64; 3],
+    /// As [`MeanValue::is_known`].
+    pub is_known: [bool; 3],
+    /// As [`MeanValue::centre`].
+    pub centre: Option<(DirectionPair, [f64; 3])>,
 }
 
 impl MeanValue {
@@ -46,13 +60,13 @@ impl LightMeans {
     /// # Panics
     /// If there is another number of radiances than of pixels.
     #[must_use]
-    pub fn of_pixels(light: &LightTerms, radiance: &[([f64; 3], [bool; 3])]) -> (Self, Vec<usize>) {
-        assert_eq!(light.pixels.len(), radiance.len(), "one radiance for each pixel");
+    pub fn of_pixels(light: &LightTerms, shown: &[PixelRadiance]) -> (Self, Vec<usize>) {
+        assert_eq!(light.pixels.len(), shown.len(), "one radiance for each pixel");
         let (pairs, is_isotropic) = (light.pairs.clone(), light.is_isotropic);
         let mut own = Self { pairs, is_isotropic, ..Self::default() };
         let mut lit = Vec::new();
-        for (index, (pixel, (radiance, is_known))) in light.pixels.iter().zip(radiance).enumerate()
-        {
+        for (index, (pixel, shown)) in light.pixels.iter().zip(shown).enumerate() {
+            let PixelRadiance { radiance, is_known, centre } = *shown;
             let is_lit = |channel: usize| {
                 pixel.normal[channel] > 0.0
                     && pixel.terms.iter().any(|(_, irradiance)| irradiance[channel] > 0.0)
@@ -67,7 +81,7 @@ impl LightMeans {
             own.terms.extend(pixel.terms.iter().map(|(at, e)| (*at, share(*e))));
             own.ends.push(own.terms.len());
             let mean = [0, 1, 2].map(|c| radiance[c].max(0.0) / pixel.normal[c]);
-            own.values.push(MeanValue { mean, is_known: *is_known });
+            own.values.push(MeanValue { mean, is_known, centre });
             lit.push(index);
         }
         (own, lit)
@@ -206,9 +220,14 @@ mod tests {
         LightTerms { pairs: draw_pairs(3, 1), pixels, is_isotropic: false }
     }
 
+    fn shown(radiance: f64) -> PixelRadiance {
+        PixelRadiance { radiance: [radiance; 3], is_known: [true; 3], centre: None }
+    }
+
     #[test]
     fn means_are_sums_of_shares() {
-        let radiance = [([6.0; 3], [true; 3]), ([1.0; 3], [true; 3]), ([8.0; 3], [false; 3])];
+        let radiance =
+            [shown(6.0), shown(1.0), PixelRadiance { is_known: [false; 3], ..shown(8.0) }];
         let (means, lit) = LightMeans::of_pixels(&light(), &radiance);
         assert_eq!((means.len(), means.samples(), lit), (2, 1, vec![0, 2]));
         assert_eq!(means.values()[0].mean, [1.5; 3]);
@@ -220,7 +239,7 @@ mod tests {
 
     #[test]
     fn selected_and_appended_means_keep_their_values() {
-        let radiance = [([6.0; 3], [true; 3]); 3];
+        let radiance = [shown(6.0); 3];
         let (means, _) = LightMeans::of_pixels(&light(), &radiance);
         let second = means.select([1]);
         assert_eq!(second.pairs().len(), 2);

@@ -82,6 +82,26 @@ impl Samples {
         &self.means
     }
 
+    /// Samples of the same pixels with means only where light reaches the centre of a pixel from
+    /// several directions. The other means become pairs with the f that they would have if it was
+    /// the same within the pixel.
+    #[must_use]
+    pub fn at_centres(&self) -> Self {
+        let (mut own, means) = (self.clone(), self.means());
+        let centres = means.values().iter().filter_map(|value| Some((value.centre?, value)));
+        for ((pair, f), value) in centres {
+            if value.is_sample() {
+                own.pairs.push(pair);
+                own.values.push(f);
+            } else {
+                own.lower_bounds.push(LowerBound { pair, f, is_known: value.is_known });
+            }
+        }
+        let has_several = |at: &usize| means.values()[*at].centre.is_none();
+        own.means = means.select((0..means.len()).filter(has_several));
+        own
+    }
+
     /// Observations: f cos_i of each pair, then the means of which all channels are known, as
     /// compared by the metrics.
     #[must_use]

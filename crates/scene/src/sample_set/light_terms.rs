@@ -1,5 +1,5 @@
-//! Light at the centres of pixels as sums over pairs of directions. Pixels share the pairs of
-//! environments, so a material is evaluated at few pairs for many pixels.
+//! Light at the centres of pixels, or within pixels, as sums over pairs of directions. Pixels share
+//! the pairs of environments, so a material is evaluated at few pairs for many pixels.
 //!
 //! Owns the choice of the shared pairs and the shares of each pixel in them. Independent of
 //! materials.
@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::frame::above_horizon;
-use super::point::SurfacePoint;
+use super::point::{CameraRay, SurfacePoint};
 use super::quadrature::PixelSampler;
 use super::render::pixel_sampler;
 use super::size::PictureSize;
@@ -27,7 +27,7 @@ const ROWS: usize = 25;
 /// Cosine of the last row.
 const COS_MIN: f64 = 0.005;
 
-/// Light at the centres of pixels.
+/// Light of pixels.
 #[derive(Debug, Clone, Default)]
 pub struct LightTerms {
     /// Pairs of directions that pixels refer to.
@@ -38,12 +38,12 @@ pub struct LightTerms {
     pub is_isotropic: bool,
 }
 
-/// Light at the centre of a pixel. The radiance that a material reflects to the eye is the sum over
+/// Light of a pixel. The radiance that a material reflects to the eye is the sum over
 /// the terms of f at the pair times the irradiance.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PixelTerms {
     /// Indices of pairs in ascending order, and irradiance (including the cosine) of red, green and
-    /// blue. Empty if no light arrives, or the ray misses.
+    /// blue. Empty if no light arrives, or no ray hits.
     pub terms: Vec<(u32, [f32; 3])>,
     /// Irradiance without the cosine: the sum over all directions.
     pub normal: [f64; 3],
@@ -63,15 +63,15 @@ enum Term {
     Own(DirectionPair),
 }
 
-/// Light at the centre of a pixel before indices are known.
+/// Light of a pixel before indices are known.
 #[derive(Default)]
-struct CentreLight {
+struct UnindexedLight {
     terms: Vec<(Term, [f64; 3])>,
     /// Irradiance without the cosine.
     normal: [f64; 3],
 }
 
-impl CentreLight {
+impl UnindexedLight {
     fn add(&mut self, term: Term, irradiance: [f64; 3], all: [f64; 3]) {
         if irradiance.iter().any(|e| *e > 0.0) {
             self.terms.push((term, irradiance));
@@ -84,7 +84,8 @@ impl LightTerms {
     /// Least number of samples of a light with an area.
     pub const AREA_SAMPLES: u32 = 64;
 
-    /// Computes the light at the centres of pixels, columns and rows of a picture of that size.
+    /// Computes the light of pixels, columns and rows of a picture of that size: the mean over
+    /// `parts` times `parts` points, evenly spread within each pixel. One part is the centre.
     ///
     /// Environments have the mean radiance around up to 127 directions per pixel, with shadows
     /// along these directions. f cos_i cos_o is taken to be linear between 25 angles to the eye.
@@ -99,7 +100,7 @@ impl LightTerms {
     /// for any number of threads.
     ///
     /// # Panics
-    /// If a pixel is not in the picture.
+    /// If a pixel is not in the picture, or there are no parts.
     #[must_use]
     pub fn render<'a>(
         stage: impl Into<Stage<'a>>,
@@ -107,8 +108,10 @@ impl LightTerms {
         assets: &LightAssets,
         size_px: PictureSize,
         pixels: &[(u32, u32)],
+        parts: u32,
     ) -> Self {
         size_px.assert_holds(pixels);
+        let points = points(parts);
         let mut sampler = pixel_sampler(&stage.into(), scene, assets, size_px);
         let environments = [true, false].map(|casts| {
             let own = sampler.surface.take_environments_if(|light| light.casts_shadows == casts);
@@ -120,9 +123,10 @@ impl LightTerms {
         let shared: Vec<Vec<Option<DirectionPair>>> =
             (0..ROWS).map(|row| DirectLight::pairs(LobeShape::Round, cosine(row))).collect();
         let light = |tools: &mut (Stack, SurfacePoint), pixel: &(u32, u32)| {
-            terms_of(&sampler, (&environments, &shared), *pixel, tools)
+            terms_of(&sampler, (&environments, &shared), (*pixel, &points), tools)
         };
-        let found: Vec<CentreLight> = pixels.par_iter().map_init(Default::default, light).collect();
+        let found: Vec<UnindexedLight> =
+            pixels.par_iter().map_init(Default::default, light).collect();
         LightTerms { is_isotropic: scene.has_environment(), ..collect(found, &shared) }
     }
 
@@ -149,24 +153,46 @@ fn rows(cos_o: f64) -> [(usize, f64, f64); 2] {
     [(below, cosine(below), 1.0 - share), (below + 1, cosine(below + 1), share)]
 }
 
-/// Returns the light at the centre of a pixel.
+/// Points of a pixel, evenly spread.
+fn points(parts: u32) -> Vec<DVec2> {
+    assert!(parts > 0, "a pixel has parts");
+    let at = move |k: u32| (f64::from(k) + 0.5) / f64::from(parts);
+    (0..parts).flat_map(|y| (0..parts).map(move |x| DVec2::new(at(x), at(y)))).collect()
+}
+
+/// Returns the light of a pixel: the mean over these points of it.
 fn terms_of(
     sampler: &PixelSampler<'_>,
+    environments: (&[Environments], &[Vec<Option<DirectionPair>>]),
+    (pixel, points): ((u32, u32), &[DVec2]),
+    tools: &mut (Stack, SurfacePoint),
+) -> UnindexedLight {
+    let mut found = UnindexedLight::default();
+    for (index, at) in points.iter().enumerate() {
+        let camera_ray = sampler.camera_ray(pixel, *at, index);
+        add_terms(sampler, environments, camera_ray, tools, &mut found);
+    }
+    let share = 1.0 / points.len() as f64;
+    found.terms.iter_mut().for_each(|(_, irradiance)| *irradiance = irradiance.map(|e| share * e));
+    found.normal = found.normal.map(|e| share * e);
+    found
+}
+
+/// Adds the light where a ray hits.
+fn add_terms(
+    sampler: &PixelSampler<'_>,
     (environments, shared): (&[Environments], &[Vec<Option<DirectionPair>>]),
-    pixel: (u32, u32),
+    camera_ray: CameraRay,
     (stack, point): &mut (Stack, SurfacePoint),
-) -> CentreLight {
-    let mut found = CentreLight::default();
-    let camera_ray = sampler.camera_ray(pixel, DVec2::splat(0.5), 0);
+    found: &mut UnindexedLight,
+) {
     let hit = sampler.visible_hit(camera_ray.ray, stack);
-    let Some(hit) = hit.filter(|_| sampler.trace(camera_ray, stack, point)) else {
-        return found;
-    };
+    let Some(hit) = hit.filter(|_| sampler.trace(camera_ray, stack, point)) else { return };
     for lit in &point.lit {
         let pair = DirectionPair::new(lit.wi, point.wo).expect("wi and wo are unit vectors");
         found.add(Term::Own(pair), lit.irradiance, lit.irradiance.map(|e| e / pair.cos_i()));
     }
-    let Some(facing) = &point.facing else { return found };
+    let Some(facing) = &point.facing else { return };
     let start = sampler.surface.shadow_start(&sampler.surface.shaded(&hit, camera_ray.ray), &hit);
     let cos_o = above_horizon(facing.frame.local(facing.eye)).z.max(COS_MIN);
     for Environments { light, casts_shadows } in environments {
@@ -187,7 +213,6 @@ fn terms_of(
             }
         }
     }
-    found
 }
 
 /// Irradiance without the cosine of a direction; `None` if none arrives.
@@ -199,7 +224,7 @@ fn without_cosine(facing: &Facing, towards: DVec3, irradiance: [f64; 3]) -> Opti
 
 /// Joins the terms of all pixels. Pairs that no pixel refers to are left out, and nodes that are
 /// each other's mirror image share a pair.
-fn collect(found: Vec<CentreLight>, shared: &[Vec<Option<DirectionPair>>]) -> LightTerms {
+fn collect(found: Vec<UnindexedLight>, shared: &[Vec<Option<DirectionPair>>]) -> LightTerms {
     // Index of each node's pair; `None` until a pixel refers to it.
     let mut known: Vec<Vec<Option<u32>>> = shared.iter().map(|row| vec![None; row.len()]).collect();
     let mirrored: Vec<Vec<usize>> = shared.iter().map(|row| first_of_equals(row)).collect();
@@ -208,7 +233,7 @@ fn collect(found: Vec<CentreLight>, shared: &[Vec<Option<DirectionPair>>]) -> Li
         pairs.push(pair);
         u32::try_from(pairs.len() - 1).expect("there are fewer than 2^32 pairs")
     };
-    for CentreLight { terms, normal } in found {
+    for UnindexedLight { terms, normal } in found {
         let mut indexed: Vec<(u32, [f64; 3])> = Vec::with_capacity(terms.len());
         for (term, irradiance) in terms {
             let index = match term {

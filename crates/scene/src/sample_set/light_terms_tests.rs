@@ -30,8 +30,9 @@ fn pixels() -> Vec<(u32, u32)> {
 }
 
 /// Radiance of each pixel by its terms; `None` of pixels without light.
-fn by_terms(mesh: &Mesh, scene: &Scene, brdf: &dyn Brdf) -> Vec<Option<DVec3>> {
-    let found = LightTerms::render(mesh, scene, &LightAssets::default(), SIZE_PX, &pixels());
+fn by_terms(mesh: &Mesh, scene: &Scene, brdf: &dyn Brdf, parts: u32) -> Vec<Option<DVec3>> {
+    let assets = LightAssets::default();
+    let found = LightTerms::render(mesh, scene, &assets, SIZE_PX, &pixels(), parts);
     let f: Vec<DVec3> = found.pairs.iter().map(|pair| brdf.f(pair)).collect();
     let radiance = |terms: &Vec<(u32, [f32; 3])>| {
         let each = terms.iter().map(|(at, e)| f[*at as usize] * DVec3::from(e.map(f64::from)));
@@ -63,10 +64,15 @@ fn by_samples(mesh: &Mesh, scene: &Scene, brdf: &dyn Brdf) -> Vec<DVec3> {
     radiance
 }
 
-/// Root mean square difference over the pixels that both show, as a share of the brightest.
+/// Difference of the light at the centres of pixels.
 fn difference(mesh: BuiltinMesh, scene: &Scene, brdf: &dyn Brdf) -> f64 {
+    difference_within(mesh, scene, brdf, 1)
+}
+
+/// Root mean square difference over the pixels that both show, as a share of the brightest.
+fn difference_within(mesh: BuiltinMesh, scene: &Scene, brdf: &dyn Brdf, parts: u32) -> f64 {
     let mesh = Mesh::builtin(mesh);
-    let (found, wanted) = (by_terms(&mesh, scene, brdf), by_samples(&mesh, scene, brdf));
+    let (found, wanted) = (by_terms(&mesh, scene, brdf, parts), by_samples(&mesh, scene, brdf));
     let both = found.iter().zip(&wanted).filter_map(|(found, wanted)| Some(((*found)?, *wanted)));
     let both: Vec<(DVec3, DVec3)> = both.filter(|(_, wanted)| *wanted != DVec3::ZERO).collect();
     assert!(both.len() > 40, "{}", both.len());
@@ -116,9 +122,19 @@ fn terms_of_lamps_are_their_samples() {
         &LightAssets::default(),
         SIZE_PX,
         &[(20, 20), (0, 0)],
+        1,
     );
     assert_eq!(found.pixels[0].terms.len(), 1 + 64);
     assert!(found.pixels[1].terms.is_empty(), "the corner misses the sphere");
     let sum: f64 = found.pixels[0].terms.iter().map(|(_, e)| f64::from(e[0])).sum();
     assert!(sum < found.pixels[0].normal[0], "cosines are below 1");
+}
+
+#[test]
+fn terms_within_pixels_have_highlights_narrower_than_a_pixel() {
+    let lamp = scene(r#"{"kind": "point", "position": [2, 3, 4]}"#);
+    let narrow = ggx(0.02);
+    let within = |parts| difference_within(BuiltinMesh::Sphere, &lamp, &*narrow, parts);
+    let (centre, spread) = (within(1), within(8));
+    assert!(spread < 0.01 && centre > 10.0 * spread, "{centre} {spread}");
 }

@@ -11,7 +11,7 @@
 use brood_eval::EvalError;
 use brood_light::{Light, LightMove};
 use brood_scene::{CameraMove, Correction, LightTerms, PictureSize, Scene};
-use brood_target::{KnownView, LightMeans, Samples, ViewSetup};
+use brood_target::{KnownView, LightMeans, PixelRadiance, Samples, ViewSetup};
 use rayon::prelude::*;
 
 use super::{Spread, deviation};
@@ -82,9 +82,9 @@ impl Spread {
         let pixels: Vec<(u32, u32)> =
             (0..SIDE_PX * SIDE_PX).map(|at| (at % SIDE_PX, at / SIDE_PX)).collect();
         let (mesh, assets) = (&*view.setting.mesh, &view.setting.assets);
-        let light = LightTerms::render(mesh, scene, assets, size_px, &pixels);
-        let nothing = vec![([0.0; 3], [true; 3]); pixels.len()];
-        let (means, _) = LightMeans::of_pixels(&light, &nothing);
+        let light = LightTerms::render(mesh, scene, assets, size_px, &pixels, 1);
+        let nothing = PixelRadiance { radiance: [0.0; 3], is_known: [true; 3], centre: None };
+        let (means, _) = LightMeans::of_pixels(&light, &vec![nothing; pixels.len()]);
         let is_clear = |mean: &usize| {
             let (first, _) = means.terms(*mean)[0];
             means.pairs()[first as usize].cos_o() > LEAST_COSINE

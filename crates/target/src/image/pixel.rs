@@ -59,10 +59,9 @@ pub(super) enum PixelReading {
     Sample(DirectionPair, [f64; 3]),
     /// A lower bound of f.
     LowerBound(DirectionPair, [f64; 3]),
-    /// Lit from several directions.
-    Several,
-    /// The same, with a lower bound of its radiance.
-    SeveralBound,
+    /// Lit from several directions, with its status: clipped if only a lower bound of its radiance
+    /// is known.
+    Several(PixelStatus),
     Unusable(PixelStatus),
 }
 
