@@ -51,21 +51,28 @@ def unit(vectors):
 
 
 def refined(places, triangles):
-    """Loop's subdivision of a closed surface, once."""
+    """Loop's subdivision, once; borders become curves of their own."""
     edges = numpy.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     edges, number, count = numpy.unique(edges, axis=0, return_inverse=True, return_counts=True)
     number = number.reshape(-1)
-    if (count != 2).any():
-        raise SystemExit("the mesh is not closed")
+    if (count > 2).any():
+        raise SystemExit("more than two triangles of the mesh share an edge")
     across = numpy.zeros((len(edges), 3))
     numpy.add.at(across, number, places[triangles[:, [2, 0, 1]].reshape(-1)])
     middles = 3 / 8 * places[edges].sum(axis=1) + across / 8
+    border = edges[count == 1]
+    middles[count == 1] = places[border].mean(axis=1)
     degree = numpy.bincount(edges.ravel(), minlength=len(places))
     around = numpy.zeros_like(places)
     numpy.add.at(around, edges[:, 0], places[edges[:, 1]])
     numpy.add.at(around, edges[:, 1], places[edges[:, 0]])
     share = (5 / 8 - (3 / 8 + numpy.cos(2 * math.pi / degree) / 4) ** 2) / degree
     moved = places * (1 - degree * share)[:, None] + around * share[:, None]
+    beside = numpy.zeros_like(places)
+    numpy.add.at(beside, border[:, 0], places[border[:, 1]])
+    numpy.add.at(beside, border[:, 1], places[border[:, 0]])
+    on_border = numpy.unique(border)
+    moved[on_border] = 3 / 4 * places[on_border] + beside[on_border] / 8
     (a, b, c), (ab, bc, ca) = triangles.T, (number + len(places)).reshape(-1, 3).T
     quarters = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     return numpy.concatenate([moved, middles]), numpy.concatenate([numpy.stack(q, axis=1) for q in quarters])
@@ -103,10 +110,21 @@ def write(path, places, textures, normals, corners):
     path.write_text("\n".join(lines()) + "\n")
 
 
+def welded(places, triangles):
+    """The same surface in which each place has one number, within the cube of -1..1."""
+    low, high = places.min(axis=0), places.max(axis=0)
+    places = (places - (low + high) / 2) / ((high - low).max() / 2)
+    places, number = numpy.unique(places.round(5), axis=0, return_inverse=True)
+    triangles = number.reshape(-1)[triangles]
+    first, second, third = triangles.T
+    return places, triangles[(first != second) & (second != third) & (third != first)]
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("mesh", help="an OBJ file of triangles with texture coordinates")
     parser.add_argument("folder", type=pathlib.Path, help="where the forms are written")
+    parser.add_argument("--other", help="an OBJ file of triangles, of which other.obj is made: smooth, refined, of this size")
     options = parser.parse_args()
     places, textures, triangles = read(options.mesh)
     v, t = triangles[:, :, 0], triangles[:, :, 1]
@@ -126,6 +144,12 @@ def main():
     form("refined", places, [], smooth_normals(places, v), v, v, v)
     places, v = sphere(*SPHERE)
     form("sphere", places, [], places, v, v, v)
+    if options.other:
+        places, _, triangles = read(options.other)
+        places, v = welded(places, triangles[:, :, 0])
+        for _ in range(REFINEMENTS):
+            places, v = refined(places, v)
+        form("other", places, [], smooth_normals(places, v), v, v, v)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from mitsuba_against import read, scene_of  # noqa: E402, BSDF classes exist onl
 # Codes of 8 bits: where a pixel of this rank is displayed, the rest is clipped.
 BRIGHT_SHARE = 0.995
 BRIGHT_CODE = 0.9
+DISPLAY_CD_M2 = 100.0
 
 
 def render(photograph, scene, samples, seed):
@@ -43,6 +44,12 @@ def linear_of(code):
     return ((code + 0.055) / 1.055) ** 2.4
 
 
+def bright(linear):
+    """Largest channel of the pixel of that rank among those with light."""
+    largest = linear.max(axis=2)
+    return numpy.quantile(largest[largest > 0], BRIGHT_SHARE)
+
+
 def write(path, picture):
     """A linear picture as .exr, codes of 8 bits as .png."""
     bitmap = mitsuba.Bitmap(picture)
@@ -61,8 +68,7 @@ def take(photograph, index, picture):
         write(folder / file, linear.astype(numpy.float32))
     else:
         # As a camera that is set for the bright parts: the noise is added before clipping.
-        bright = numpy.quantile(linear.max(axis=2)[linear.max(axis=2) > 0], BRIGHT_SHARE)
-        ev = math.log2(linear_of(BRIGHT_CODE) / bright)
+        ev = math.log2(linear_of(BRIGHT_CODE) / bright(linear))
         draw = numpy.random.default_rng(picture["seed"])
         codes = display(linear * 2.0**ev) + draw.normal(0.0, picture["noise"], linear.shape)
         file = f"picture-{index + 1}.png"
@@ -80,21 +86,24 @@ def make(photographs):
         folder.mkdir(parents=True, exist_ok=True)
         views = [take(photograph, index, picture) for index, picture in enumerate(photograph["pictures"])]
         (folder / "target.json").write_text(json.dumps({"views": views}))
-        for index, scene in enumerate(photograph["tests"]):
-            test = render(photograph, scene, photograph["test_samples"], 101 + index)
-            write(folder / f"test-{index + 1}.exr", test.astype(numpy.float32))
-            (folder / f"test-{index + 1}.json").write_text(json.dumps(scene))
+        for index, test in enumerate(photograph["tests"]):
+            name, scene = test["name"], test["scene"]
+            picture = render(photograph | {"mesh": test["mesh"]}, scene, photograph["test_samples"], 101 + index)
+            write(folder / f"{name}.exr", picture.astype(numpy.float32))
+            (folder / f"{name}.json").write_text(json.dumps(scene))
         print(photograph["name"], file=sys.stderr)
     return {"photographs": len(photographs), "mitsuba": mitsuba.__version__}
 
 
 def score(pairs):
-    """Root mean square error over the reference's mean, of each pair of (reference, picture)."""
-    errors = []
+    """Of each pair of (reference, picture): root mean square error over the reference's mean, and the luminance in cd/m2 of
+    linear 1 on a display of 100 cd/m2 that is exposed for the reference's bright parts."""
+    errors, whites = [], []
     for reference, picture in pairs:
         wanted, found = read(reference), read(picture)
         errors.append(float(numpy.sqrt(numpy.mean((found - wanted) ** 2)) / numpy.mean(wanted)))
-    return {"relative_rmse": errors}
+        whites.append(float(DISPLAY_CD_M2 * linear_of(BRIGHT_CODE) / bright(wanted)))
+    return {"relative_rmse": errors, "white_cd_m2": whites}
 
 
 def main():

@@ -40,9 +40,10 @@ const USAGE: &str = "usage: cargo xtask <task>
   bench inverse [--starts N] [--out DIR] [--release | --brood FILE] [--require]
                               recover known kinds of material from one picture, compared with Mitsuba with Adam and pycma
   bench photographs [--data DIR] [--materials NAME,...] [--grades NAME,...] [--pictures N] [--strategy NAME]
-                    [--seconds N] [--out DIR] [--release | --brood FILE] [--require]
-                              recover materials from pictures by Mitsuba, compared with Mitsuba under other lights;
-                              grades: exact, codes, misaligned
+                    [--seconds N] [--peers NAME,...|none] [--out DIR] [--release | --brood FILE] [--require]
+                              recover materials from pictures by Mitsuba, compared with Mitsuba under other lights and on
+                              another mesh, and with fits by Mitsuba with Adam; grades: exact, codes, misaligned, environment;
+                              peers: principled, generating
   bench live [--angle NAME,...] [--hardware] [--out DIR] [--release | --brood FILE] [--require]
                               measure the frame rate of the page and the bits of exports with each available graphics driver
   bench look [--out DIR] [--release | --brood FILE]

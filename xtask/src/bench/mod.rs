@@ -106,6 +106,8 @@ struct Options {
     seconds: Option<u32>,
     /// Strategy of the fits; for photographs.
     strategy: Option<String>,
+    /// Comma-separated models that Mitsuba with Adam fits, or `none`; for photographs.
+    peers: Option<String>,
     /// Comma-separated graphics drivers; for live.
     angle: Option<String>,
     /// True if software rendering is a failure; for live.
@@ -136,6 +138,7 @@ impl Options {
             pictures: None,
             seconds: None,
             strategy: None,
+            peers: None,
             angle: None,
             hardware: false,
         };
@@ -173,6 +176,10 @@ impl Options {
                 "--strategy" if task == Task::Photographs => {
                     let name = words.next().context("--strategy needs a name")?;
                     options.strategy = Some((*name).to_owned());
+                }
+                "--peers" if task == Task::Photographs => {
+                    let names = words.next().context("--peers needs names or none")?;
+                    options.peers = Some((*names).to_owned());
                 }
                 "--data" if matches!(task, Task::Pictures | Task::Fit | Task::Photographs) => {
                     options.data = Some(words.next().context("--data needs a folder")?.into());
@@ -278,5 +285,8 @@ mod tests {
         assert_eq!(options.data.as_deref(), Some(std::path::Path::new("d")));
         assert!(Options::parse(Task::Peers, &["--data", "d"]).is_err());
         assert!(Options::parse(Task::Pictures, &["--rounds", "3"]).is_err());
+        let options = Options::parse(Task::Photographs, &["--peers", "none"]).unwrap();
+        assert_eq!(options.peers.as_deref(), Some("none"));
+        assert!(Options::parse(Task::Fit, &["--peers", "none"]).is_err());
     }
 }

@@ -1,22 +1,28 @@
 //! `cargo xtask bench photographs`: materials recovered from photographs, as they look under other
 //! lights and on another object.
 //!
-//! Pictures are taken by Mitsuba, never by brood, of materials that brood does not know. Owns
-//! objects, cameras, lights and grades, the order of the work and the table.
+//! Pictures are taken by Mitsuba, never by brood, of materials that brood does not know. Mitsuba's
+//! derivatives with Adam fit the same pictures. Owns the order of the work and brood's fits; the
+//! files below own materials, scenes, the peers, errors and tables.
 
 mod material;
+mod peer;
+mod score;
 mod stage;
+mod table;
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
 use self::material::Material;
-use self::stage::{Grade, Object};
+use self::peer::Model;
+use self::score::Scores;
+use self::stage::{Grade, Object, Test};
+use self::table::{Heading, Row};
 use super::environment::{Environment, Peer, json_of};
-use super::{Options, Task, paragraphs, require_all, write_report};
+use super::{Options, Task, require_all, write_report};
 use crate::{shell, suite};
 
 /// Seconds of a fit, if not chosen.
@@ -39,19 +45,19 @@ struct Photograph {
     object: Object,
     grade: Grade,
     folder: PathBuf,
+    tests: Vec<Test>,
 }
 
-/// Relative RMSE of the fit's pictures.
-struct Row {
-    material: &'static str,
-    object: &'static str,
-    grade: Grade,
-    /// Under the lights that the photographs do not show.
-    unseen: Vec<f64>,
-    /// Largest errors over the pictures, in degrees, if scenes were corrected: of lights as the
-    /// camera sees them, and of cameras.
-    scene_deg: Option<(f64, Option<f64>)>,
-    seconds: f64,
+/// Settings that the fits of a run share.
+struct Work<'a> {
+    environment: &'a Environment,
+    options: &'a Options,
+    /// Folder of the meshes.
+    meshes: &'a Path,
+    /// List of the photographs.
+    list: &'a Path,
+    models: &'a [Model],
+    seconds: u32,
 }
 
 /// Runs the comparison.
@@ -59,6 +65,7 @@ pub fn run(words: &[&str]) -> Result<()> {
     let options = Options::parse(Task::Photographs, words)?;
     let data = options.data.as_ref().map(|data| data.canonicalize().context("resolve --data"));
     let data = data.transpose()?;
+    let models = Model::chosen(options.peers.as_deref())?;
     let folder = suite::target_directory()?.join("peers/photographs");
     let photographs = photographs(&options, data.as_deref(), &folder)?;
     let mut environment = Environment::prepare(&options, &[Peer::Mitsuba])?;
@@ -71,8 +78,10 @@ pub fn run(words: &[&str]) -> Result<()> {
     match &data {
         None => missing.push(NO_DATA.to_owned()),
         Some(data) => {
-            let mesh = data.join("meshes/spot_triangulated.obj");
-            shell::run(environment.script("mesh_forms.py").arg(mesh).arg(&folder))?;
+            let meshes = data.join("meshes");
+            let mut forms = environment.script("mesh_forms.py");
+            forms.arg(meshes.join("spot_triangulated.obj")).arg(&folder);
+            shell::run(forms.arg("--other").arg(meshes.join("teapot_newell_nouv.obj")))?;
             for photograph in &photographs {
                 photograph.copy_light(data)?;
             }
@@ -84,9 +93,19 @@ pub fn run(words: &[&str]) -> Result<()> {
     std::fs::write(&list, json!(jobs).to_string()).context("write the list of photographs")?;
     let mut make = environment.script("mitsuba_photographs.py");
     json_of(make.arg("make").arg(&list).args(["--threads", THREADS]))?;
+    peer::warm(&environment, &list, &models)?;
+    let seconds = options.seconds.unwrap_or(SECONDS);
+    let work = Work {
+        environment: &environment,
+        options: &options,
+        meshes: &folder,
+        list: &list,
+        models: &models,
+        seconds,
+    };
     let mut rows = Vec::new();
-    for photograph in &photographs {
-        match photograph.row(&environment, &options, &folder) {
+    for (index, photograph) in photographs.iter().enumerate() {
+        match photograph.row(&work, index, &mut missing) {
             Ok(row) => {
                 println!("{}", row.line());
                 rows.push(row);
@@ -96,8 +115,8 @@ pub fn run(words: &[&str]) -> Result<()> {
     }
     let strategy = options.strategy.as_deref().unwrap_or("by default");
     let machine = environment.machine();
-    let seconds = options.seconds.unwrap_or(SECONDS);
-    let text = markdown(&rows, (strategy, seconds, count), &missing)?;
+    let heading = Heading { strategy, seconds, pictures: count };
+    let text = table::markdown(&rows, &heading, &missing)?;
     let report = json!({
         "machine": machine, "strategy": strategy, "seconds": seconds, "pictures": count,
         "rows": rows.iter().map(Row::json).collect::<Vec<_>>(), "missing": missing,
@@ -121,7 +140,8 @@ fn photographs(options: &Options, data: Option<&Path>, folder: &Path) -> Result<
                 }
                 let name = format!("{} {} {}", material.name, object.name(), grade.name());
                 let folder = folder.join(name.replace(' ', "-"));
-                found.push(Photograph { material, object, grade, folder });
+                let tests = object.tests(data.is_some());
+                found.push(Photograph { material, object, grade, folder, tests });
             }
         }
     }
@@ -157,146 +177,88 @@ impl Photograph {
             },
             "pictures": (0..count as usize).map(|k| self.object.picture(k, self.grade))
                 .collect::<Vec<_>>(),
-            "tests": self.object.tests(),
+            "tests": self.tests.iter().map(|test| json!({
+                "name": test.name, "scene": test.scene,
+                "mesh": test.object.mesh().map(|mesh| folder.join(mesh)),
+            })).collect::<Vec<_>>(),
         })
     }
 
-    /// Fits the photographs, and compares pictures of the result.
-    fn row(&self, environment: &Environment, options: &Options, meshes: &Path) -> Result<Row> {
+    /// Fits the photographs by all programs, and compares pictures of the results.
+    fn row(&self, work: &Work<'_>, index: usize, missing: &mut Vec<String>) -> Result<Row> {
+        let Work { environment, options, .. } = *work;
         let result = self.folder.join("result");
         let mut fit = environment.brood();
         fit.arg("fit").arg(self.folder.join("target.json")).arg("--output").arg(&result);
-        let seconds = options.seconds.unwrap_or(SECONDS).to_string();
-        fit.args(["--seconds", &seconds, "--threads", THREADS, "--json"]);
+        fit.args(["--seconds", &work.seconds.to_string(), "--threads", THREADS, "--json"]);
         if let Some(strategy) = &options.strategy {
             fit.args(["--strategy", strategy]);
         }
         let report = json_of(&mut fit)?;
         let seconds =
             report["search"]["seconds"].as_f64().context("the report must have seconds")?;
-        let mut pairs = Vec::new();
-        for k in 1..=self.object.tests().len() {
-            let picture = result.join(format!("test-{k}.exr"));
+        for test in &self.tests {
             let mut render = environment.brood();
             render.arg("render").arg(result.join("best.brood"));
-            render.arg("--scene").arg(self.folder.join(format!("test-{k}.json")));
-            if let Some(mesh) = self.object.mesh() {
-                render.arg("--mesh").arg(meshes.join(mesh));
+            render.arg("--scene").arg(self.folder.join(format!("{}.json", test.name)));
+            if let Some(mesh) = test.object.mesh() {
+                render.arg("--mesh").arg(work.meshes.join(mesh));
             }
             render.args(["--size", &SIZE_PX.to_string(), "--samples", &SAMPLES.to_string()]);
-            shell::output(render.arg("--output").arg(&picture))?;
-            pairs.push([self.folder.join(format!("test-{k}.exr")), picture]);
+            let picture = result.join(format!("{}.exr", test.name));
+            shell::output(render.arg("--output").arg(picture))?;
         }
-        let list = result.join("pairs.json");
-        std::fs::write(&list, json!(pairs).to_string()).context("write the list of pictures")?;
-        let scores = json_of(environment.script("mitsuba_photographs.py").arg("score").arg(&list))?;
-        let unseen = scores["relative_rmse"].as_array().context("the script must print errors")?;
-        let errors = |count: usize| {
-            let mut largest: Option<(f64, Option<f64>)> = None;
-            for k in 0..count {
-                let number = if k == 0 { String::new() } else { format!("-{}", k + 1) };
-                let path = result.join(format!("scene{number}.json"));
-                let Ok(text) = std::fs::read_to_string(&path) else { return Ok(None) };
-                let scene = serde_json::from_str(&text).context("read a corrected scene")?;
-                let error = self.object.scene_error(&scene, k);
-                let (light, camera) = error.context("a corrected scene must have eye and light")?;
-                let (most, of_camera) = largest.unwrap_or_default();
-                largest = Some((light.max(most), camera.map(|e| e.max(of_camera.unwrap_or(0.0)))));
+        let own = Scores::compare(environment, &self.tests, &self.folder, &result)?;
+        let mut peers = Vec::new();
+        for &model in work.models {
+            match self.peer(work, index, model) {
+                Ok(found) => peers.extend(found),
+                Err(error) => {
+                    missing.push(format!("{}, {}: {error:#}", self.name(), model.name()));
+                }
             }
-            anyhow::Ok(largest)
-        };
-        let scene_deg = errors(options.pictures.unwrap_or(1) as usize)?;
+        }
         Ok(Row {
-            scene_deg,
             material: self.material.name,
             object: self.object.name(),
             grade: self.grade,
-            unseen: unseen.iter().filter_map(Value::as_f64).collect(),
+            own,
+            scene_deg: self.scene_deg(&result, options.pictures.unwrap_or(1) as usize)?,
             seconds,
+            peers,
         })
     }
-}
 
-impl Row {
-    /// Error over all unseen lights: root of the mean square.
-    fn error(&self) -> f64 {
-        let squares: f64 = self.unseen.iter().map(|error| error * error).sum();
-        (squares / self.unseen.len() as f64).sqrt()
+    /// Adam's fit; `None` if the material has no such model.
+    fn peer(
+        &self,
+        work: &Work<'_>,
+        index: usize,
+        model: Model,
+    ) -> Result<Option<(Model, peer::Found, Scores)>> {
+        let output = self.folder.join(model.name());
+        let list = (work.list, index);
+        let Some(found) = model.fit(work.environment, list, work.seconds, &output)? else {
+            return Ok(None);
+        };
+        let scores = Scores::compare(work.environment, &self.tests, &self.folder, &output)?;
+        Ok(Some((model, found, scores)))
     }
 
-    fn line(&self) -> String {
-        let Self { material, object, grade, .. } = self;
-        format!("{material}, {object}, {}: {:.3}", grade.name(), self.error())
-    }
-
-    fn json(&self) -> Value {
-        json!({
-            "material": self.material, "object": self.object, "grade": self.grade.name(),
-            "relative_rmse": self.error(), "by_light": self.unseen, "seconds": self.seconds,
-            "light_deg": self.scene_deg.map(|(light, _)| light),
-            "camera_deg": self.scene_deg.and_then(|(_, camera)| camera),
-        })
-    }
-}
-
-/// Median of errors; NaN if there are none.
-fn median(mut errors: Vec<f64>) -> f64 {
-    errors.sort_by(f64::total_cmp);
-    let middle = errors.len() / 2;
-    match errors.len() {
-        0 => f64::NAN,
-        odd if odd % 2 == 1 => errors[middle],
-        _ => 0.5 * (errors[middle - 1] + errors[middle]),
-    }
-}
-
-fn markdown(
-    rows: &[Row],
-    (strategy, seconds, pictures): (&str, u32, u32),
-    missing: &[String],
-) -> Result<String> {
-    let mut text = format!(
-        "# Materials from photographs, under other lights\n\n\
-         Pictures of {SIZE_PX} x {SIZE_PX} pixels by Mitsuba, {pictures} of each material, one point light in each, or an environment. `brood fit`, \
-         strategy {strategy}, {seconds} s on {THREADS} threads. Errors are RMSE / mean of Mitsuba's own pictures under three other \
-         lights (root of the mean square of the three). The scene of misaligned pictures is stated with its uncertainties; \
-         errors of the corrected scene are those of the light as the camera sees it and of the camera.\n\n\
-         | material | object | grade | error | by light | light, camera off by degrees |\n|---|---|---|---|---|---|\n",
-    );
-    for row in rows {
-        let lights: Vec<String> = row.unseen.iter().map(|error| format!("{error:.3}")).collect();
-        let (object, grade) = (row.object, row.grade.name());
-        let (name, error, lights) = (row.material, row.error(), lights.join(", "));
-        let degrees = |value: f64| format!("{value:.2}");
-        let scene = row.scene_deg.map(|(light, camera)| {
-            [degrees(light), camera.map_or_else(String::new, degrees)].join(", ")
-        });
-        let scene = scene.unwrap_or_default();
-        writeln!(text, "| {name} | {object} | {grade} | {error:.3} | {lights} | {scene} |")?;
-    }
-    text.push_str("\n| grade | object | median | worst | light, camera off by degrees, medians |\n|---|---|---|---|---|\n");
-    for grade in Grade::ALL {
-        for object in Object::ALL {
-            let of = |row: &&Row| row.grade == grade && row.object == object.name();
-            let errors: Vec<f64> = rows.iter().filter(of).map(Row::error).collect();
-            if errors.is_empty() {
-                continue;
-            }
-            let worst = errors.iter().copied().fold(0.0, f64::max);
-            let scenes: Vec<(f64, Option<f64>)> =
-                rows.iter().filter(of).filter_map(|row| row.scene_deg).collect();
-            let light = median(scenes.iter().map(|(light, _)| *light).collect());
-            let camera = median(scenes.iter().filter_map(|(_, camera)| *camera).collect());
-            let off =
-                |value: f64| if value.is_nan() { "".to_owned() } else { format!("{value:.2}") };
-            let scene = [off(light), off(camera)].join(", ");
-            let (grade, object) = (grade.name(), object.name());
-            writeln!(
-                text,
-                "| {grade} | {object} | {:.3} | {worst:.3} | {scene} |",
-                median(errors)
-            )?;
+    /// Largest errors of the corrected scenes in degrees, of light and camera; `None` if the fit
+    /// corrected none.
+    fn scene_deg(&self, result: &Path, count: usize) -> Result<Option<(f64, Option<f64>)>> {
+        let mut largest: Option<(f64, Option<f64>)> = None;
+        for k in 0..count {
+            let number = if k == 0 { String::new() } else { format!("-{}", k + 1) };
+            let path = result.join(format!("scene{number}.json"));
+            let Ok(text) = std::fs::read_to_string(&path) else { return Ok(None) };
+            let scene = serde_json::from_str(&text).context("read a corrected scene")?;
+            let error = self.object.scene_error(&scene, k);
+            let (light, camera) = error.context("a corrected scene must have eye and light")?;
+            let (most, of_camera) = largest.unwrap_or_default();
+            largest = Some((light.max(most), camera.map(|e| e.max(of_camera.unwrap_or(0.0)))));
         }
+        Ok(largest)
     }
-    Ok(text + &paragraphs(missing))
 }

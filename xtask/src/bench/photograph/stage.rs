@@ -48,6 +48,19 @@ pub enum Object {
     Sphere,
     /// Mesh with smooth normals, finely subdivided.
     Spot,
+    /// The same, of which no photograph is taken.
+    Teapot,
+}
+
+/// Picture that a fit does not see.
+#[derive(Debug, Clone)]
+pub struct Test {
+    /// Name of its files.
+    pub name: String,
+    pub object: Object,
+    pub scene: Value,
+    /// True if the object is another than that of the photographs.
+    pub is_unseen_mesh: bool,
 }
 
 /// Lights of pictures, then those of tests: right, up and towards the camera from the object.
@@ -69,6 +82,7 @@ const INTENSITY: f64 = 80.0;
 const ROTATION_DEG: [f64; 2] = [180.0, 100.0];
 
 impl Object {
+    /// Those that are photographed.
     pub const ALL: [Self; 2] = [Self::Sphere, Self::Spot];
 
     /// Name in tables.
@@ -76,6 +90,7 @@ impl Object {
         match self {
             Self::Sphere => "sphere",
             Self::Spot => "spot",
+            Self::Teapot => "teapot",
         }
     }
 
@@ -84,6 +99,7 @@ impl Object {
         match self {
             Self::Sphere => None,
             Self::Spot => Some("refined.obj"),
+            Self::Teapot => Some("other.obj"),
         }
     }
 
@@ -96,6 +112,7 @@ impl Object {
                 [0.0, 0.108_429_998_159_408_57, 0.190_050_005_912_780_76],
                 30.0,
             ),
+            Self::Teapot => ([1.6, 1.5, 4.2], [0.0; 3], 26.0),
         }
     }
 
@@ -160,9 +177,21 @@ impl Object {
         Some((angle_deg(found, lamp), self.mesh().map(|_| angle_deg(found_eye, eye))))
     }
 
-    /// Scenes with the lights that no picture shows.
-    pub fn tests(self) -> Vec<Value> {
-        TESTS.iter().map(|light| self.scene(*light, (0.0, 0.0, 0.0))).collect()
+    /// The object in lights that no picture shows, and another object if there are meshes.
+    pub fn tests(self, has_meshes: bool) -> Vec<Test> {
+        let test = |name: String, object: Self, light| Test {
+            name,
+            object,
+            scene: object.scene(light, (0.0, 0.0, 0.0)),
+            is_unseen_mesh: object != self,
+        };
+        let lights = TESTS.iter().enumerate();
+        let mut tests: Vec<Test> =
+            lights.map(|(k, light)| test(format!("test-{}", k + 1), self, *light)).collect();
+        if has_meshes {
+            tests.push(test("mesh".to_owned(), Self::Teapot, TESTS[0]));
+        }
+        tests
     }
 }
 
