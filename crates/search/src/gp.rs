@@ -10,6 +10,7 @@
 //! children, `evaluate` solves for scale and offset (`scale`) and sums errors over the samples
 //! (`cases`), and `tune` tunes constants. `front` collects the best of each length.
 
+mod albedo;
 pub(crate) mod breed;
 mod cases;
 mod checkpoint;

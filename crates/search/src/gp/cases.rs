@@ -1,11 +1,14 @@
 //! Samples by which genomes are evaluated: training and validation samples, a small subset for
-//! solving scale and offset, and pairs of directions at which f is bounded.
+//! solving scale and offset, pairs of directions at which f is bounded, and the energy limit.
 
 use brood_brdf::DirectionPair;
 use brood_eval::{FitnessTarget, Loss};
+use brood_program::Program;
 use brood_scene::SampleSet;
 use brood_target::{MeasuredTarget, Samples, narrow_pairs};
 
+use super::albedo::Albedos;
+use crate::found::limited;
 use crate::method::is_held_back;
 
 /// Largest number of samples for solving scale and offset and for selecting parents.
@@ -27,6 +30,7 @@ pub(super) struct Cases {
     pub(super) narrow: SampleSet,
     /// Upper bound of f at the pairs of `narrow`.
     pub(super) ceiling: f64,
+    albedos: Albedos,
 }
 
 /// Samples with their target values.
@@ -52,7 +56,16 @@ impl Cases {
             held: TargetSamples::new(samples, indices(true)),
             narrow: SampleSet::from_pairs(&narrow_pairs(NARROW, seed), &[]),
             ceiling: (MARGIN * samples.largest()).min(MeasuredTarget::LARGEST),
+            albedos: Albedos::new(),
         }
+    }
+
+    /// Programs under the approximate energy limit, with the divisors of their f.
+    pub(super) fn limited(&self, programs: &[&Program]) -> Vec<(Program, f64)> {
+        let divisors = self.albedos.divisors(programs).into_iter();
+        let of =
+            |(program, divisor): (&&Program, f64)| (limited((*program).clone(), divisor), divisor);
+        programs.iter().zip(divisors).map(of).collect()
     }
 }
 

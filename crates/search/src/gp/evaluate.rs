@@ -1,5 +1,5 @@
-//! Evaluation of children: solves for scale and offset, sums errors over the samples, and rejects
-//! genomes that exceed the bound between samples.
+//! Evaluation of children: solves for scale and offset, sums errors over the samples under the
+//! energy limit, and rejects genomes that exceed the bound between samples.
 
 use brood_eval::{CanonicalEvaluator, Evaluator, FitnessEvaluator, Screening, select_best};
 use brood_genome::{Genome, Output, RANGE};
@@ -20,7 +20,8 @@ pub(super) struct Member {
     pub(super) hash: ProgramHash,
     /// Number of scalar operations per sample.
     pub(super) operations: u32,
-    /// Sum over training samples and channels of the squared differences of log2(1 + f cos_i).
+    /// Sum over training samples and channels of the squared differences of log2(1 + f cos_i), under
+    /// the energy limit.
     pub(super) sum: f64,
     /// True if tuning of its constants has been tried.
     pub(super) is_tuned: bool,
@@ -51,35 +52,64 @@ impl BareGenome {
     }
 }
 
-/// Returns the best of these genomes, at most `count`, least sum first, with scale and offset
-/// solved for. Leaves out those that exceed the bound where samples are few.
-pub(super) fn evaluate(bare: Vec<BareGenome>, cases: &Cases, count: usize) -> Vec<Member> {
+/// Returns the best of these genomes, at most `count`, with scale and offset solved for. Leaves out
+/// those whose sum without the energy limit is not below `worst`, and those that exceed the bound
+/// where samples are few.
+pub(super) fn evaluate(
+    bare: Vec<BareGenome>,
+    cases: &Cases,
+    (count, worst): (usize, f64),
+) -> Vec<Member> {
     let scaled = scaled(bare, &cases.few);
     let programs: Vec<&Program> = scaled.iter().map(|(_, program)| program).collect();
     let evaluator = CanonicalEvaluator::default();
     let selected = select_best(&evaluator, &programs, &cases.target, count, Screening::Exact)
         .expect("the canonical evaluator runs every program");
-    let best: Vec<&Program> = selected.best.iter().map(|ranked| programs[ranked.program]).collect();
-    let is_bounded = bounded(&best, cases);
-    let member = |(ranked, is_bounded): (&brood_eval::Ranked, bool)| {
-        let (bare, program) = &scaled[ranked.program];
-        (is_bounded && ranked.sum.is_finite()).then(|| Member {
+    let better = selected.best.iter().filter(|ranked| ranked.sum < worst);
+    let (best, sums): (Vec<usize>, Vec<f64>) =
+        better.map(|ranked| (ranked.program, ranked.sum)).unzip();
+    let of_best: Vec<&Program> = best.iter().map(|at| programs[*at]).collect();
+    let sums = limited_sums(&of_best, &sums, cases);
+    let member = |(at, sum): (&usize, f64)| {
+        let (bare, program) = &scaled[*at];
+        sum.is_finite().then(|| Member {
             genome: bare.genome.clone(),
             hash: bare.hash,
             operations: operations(program),
-            sum: ranked.sum,
+            sum,
             is_tuned: false,
         })
     };
-    selected.best.iter().zip(is_bounded).filter_map(member).collect()
+    best.iter().zip(sums).filter_map(member).collect()
 }
 
-/// Sum of one genome as it is; infinite if it exceeds the bound where samples are few.
+/// Sums of programs under the energy limit, from their sums without it; infinite for those that
+/// exceed the bound where samples are few.
+fn limited_sums(programs: &[&Program], sums: &[f64], cases: &Cases) -> Vec<f64> {
+    let limited = cases.limited(programs);
+    let all: Vec<&Program> = limited.iter().map(|(program, _)| program).collect();
+    let divided: Vec<&Program> =
+        limited.iter().filter(|(_, divisor)| *divisor > 1.0).map(|(program, _)| program).collect();
+    let mut of_divided = sums_of(&divided, cases).into_iter();
+    let mut sum = |(at, is_bounded): (usize, bool)| {
+        let sum = if limited[at].1 > 1.0 { of_divided.next() } else { Some(sums[at]) };
+        let sum = sum.expect("every divided program has a sum");
+        if is_bounded { sum } else { f64::INFINITY }
+    };
+    bounded(&all, cases).into_iter().enumerate().map(&mut sum).collect()
+}
+
+/// Sums of programs as they are.
+fn sums_of(programs: &[&Program], cases: &Cases) -> Vec<f64> {
+    let sums = CanonicalEvaluator::default().sums(programs, &cases.target);
+    sums.expect("the canonical evaluator runs every program")
+}
+
+/// Sum of one genome as it is, under the energy limit; infinite if it exceeds the bound where
+/// samples are few.
 pub(super) fn sum_of(genome: &Genome, cases: &Cases) -> f64 {
     let program = Program::lower(genome);
-    let sums = CanonicalEvaluator::default().sums(&[&program], &cases.target);
-    let sum = sums.expect("the canonical evaluator runs every program")[0];
-    if bounded(&[&program], cases)[0] { sum } else { f64::INFINITY }
+    limited_sums(&[&program], &sums_of(&[&program], cases), cases)[0]
 }
 
 /// Returns the genome with scale and offset solved for.

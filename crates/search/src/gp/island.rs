@@ -110,7 +110,12 @@ impl Island {
         let bred = bare.len();
         bare.retain(|bare| !seen.contains(&bare.hash) && known.insert(bare.hash));
         let hashes: Vec<ProgramHash> = bare.iter().map(|bare| bare.hash).collect();
-        self.members.extend(evaluate(bare, context.cases, context.population.kept));
+        let kept = context.population.kept;
+        let worst = match self.members.get(kept - 1) {
+            Some(worst) => worst.sum,
+            None => f64::INFINITY,
+        };
+        self.members.extend(evaluate(bare, context.cases, (kept, worst)));
         self.sort_and_truncate(context.population.kept);
         let evaluations = hashes.len() as u64;
         GenerationCounts { evaluations, repeats: bred as u64 - evaluations, hashes }

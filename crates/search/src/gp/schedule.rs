@@ -59,7 +59,7 @@ impl Gp {
         seed: u64,
         population: Population,
     ) -> Self {
-        // The search works without the energy limit; its results get the limit.
+        // Genomes of the search have no limit of their own; members are compared under it.
         let start = start.iter().map(|genome| padded_to_dialect(genome.clone()).with_limit(false));
         Self {
             seed,
@@ -152,10 +152,11 @@ impl Gp {
         std::f64::consts::LN_2 * (member.sum / count).sqrt()
     }
 
-    /// E_log on the validation samples.
+    /// E_log on the validation samples, under the energy limit.
     fn held(&self, member: &Member) -> f64 {
         let held = &self.cases.held;
-        let values = values(&[&Program::lower(&member.genome)], held);
+        let program = self.cases.limited(&[&Program::lower(&member.genome)]).swap_remove(0).0;
+        let values = values(&[&program], held);
         let count = held.len();
         let found: Vec<[f64; 3]> = (0..count)
             .map(|at| [0, 1, 2].map(|c| f64::from(values[c * count + at]) * held.weight[at]))
