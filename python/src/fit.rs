@@ -123,7 +123,8 @@ pub(crate) fn fit(
         });
         let (outcome, done) = spend((search, &threads), &options, on_generation)?;
         let found = threads.install(|| Found::all(&outcome.front, target)).map_err(value_error)?;
-        Ok((found.into_iter().map(found_row).collect(), outcome.best, row(&done)))
+        let best = Found::best(&found, &outcome);
+        Ok((found.into_iter().map(found_row).collect(), best, row(&done)))
     })
 }
 

@@ -136,14 +136,13 @@ impl SearchRun {
             is_in_time && !stop.load(Ordering::Relaxed)
         });
         let outcome = outcome.ok_or("the search found nothing")?;
-        let best = outcome.front.get(outcome.best);
-        let others = outcome.front.iter().enumerate();
-        let others = others.filter(|(index, _)| *index != outcome.best).map(|(_, one)| one);
-        let front: Vec<&Candidate> = best.into_iter().chain(others).collect();
-        let target = &self.target.file;
-        let front: Result<Vec<_>, _> = front.par_iter().map(|one| measure(target, one)).collect();
+        let file = &self.target.file;
+        let mut front = Found::all(&outcome.front, &file.target).map_err(|e| e.to_string())?;
+        let best = Found::best(&front, &outcome);
+        front[..=best].rotate_right(1);
+        let front = front.par_iter().map(|found| measured(file, found)).collect();
         let seconds = self.seconds + started.elapsed().as_secs_f64();
-        Ok(SearchUpdate::Finished { front: front?, seconds })
+        Ok(SearchUpdate::Finished { front, seconds })
     }
 
     /// Returns the spread of the materials that match the pictures of the target; `None` for other
@@ -185,10 +184,15 @@ impl SearchRun {
 
 fn measure(file: &TargetFile, candidate: &Candidate) -> Result<MeasuredMaterial, String> {
     let found = Found::of(candidate, &file.target).map_err(|error| error.to_string())?;
+    Ok(measured(file, &found))
+}
+
+/// Compares a material that was found with the pictures of the target.
+fn measured(file: &TargetFile, found: &Found) -> MeasuredMaterial {
     let views = file.pictures.as_ref();
     let views = views.map(|pictures| compare_views(&pictures.views, &found.genome));
     let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
-    Ok(MeasuredMaterial {
+    MeasuredMaterial {
         genome: found.genome.canonical_bytes(),
         operations: count(found.operations),
         numbers: count(found.parameters),
@@ -198,7 +202,7 @@ fn measure(file: &TargetFile, candidate: &Candidate) -> Result<MeasuredMaterial,
         relative_l2: found.relative_l2,
         divisor: found.divisor,
         views,
-    })
+    }
 }
 
 /// Compares a material under the energy limit with each image of the target.

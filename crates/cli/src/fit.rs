@@ -146,7 +146,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let seconds = begun.elapsed().as_secs_f64();
     let front =
         pool.install(|| Found::all(&outcome.front, &target)).context("evaluate the front")?;
-    let best = &front[outcome.best];
+    let best = &front[Found::best(&front, &outcome)];
     // From the longest to the shortest genome.
     front::write(&args.output, front.iter().map(row))?;
     output::write_file(&args.output.join("best.brood"), best.genome.to_string().as_bytes())?;

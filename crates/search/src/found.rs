@@ -6,7 +6,10 @@ use brood_program::Program;
 use brood_target::{MeasuredTarget, Samples, metric};
 use rayon::prelude::*;
 
-use crate::method::Candidate;
+use crate::method::{Candidate, Outcome, both_errors};
+
+/// Ratio of errors from which on the energy limit has made a material worse than the search knew.
+const WORSE: f64 = 1.02;
 
 /// A found material with its errors, measured under the energy limit.
 #[derive(Debug, Clone)]
@@ -60,6 +63,27 @@ impl Found {
         })
     }
 
+    /// Index of the best of a measured front. Searches choose it, but genetic ones know the energy
+    /// limit only approximately. If the limit makes their choice worse than they knew, the best is
+    /// the one of least E_log on the fitted samples.
+    ///
+    /// # Panics
+    /// If the front has not as many candidates.
+    #[must_use]
+    pub fn best(front: &[Self], outcome: &Outcome) -> usize {
+        assert_eq!(front.len(), outcome.front.len(), "every candidate is measured");
+        let known = &outcome.front[outcome.best];
+        let is_as_known = |found: &Self| {
+            found.divisor <= WORSE || found.fitted <= WORSE * both_errors(known.fitted, known.held)
+        };
+        let error = |at: &usize| front[*at].fitted;
+        let least = || (0..front.len()).min_by(|a, b| error(a).total_cmp(&error(b)));
+        match front.get(outcome.best) {
+            Some(found) if !is_as_known(found) => least().unwrap_or(outcome.best),
+            _ => outcome.best,
+        }
+    }
+
     /// Returns E_log on the held-out samples as they were measured, in both orders of directions:
     /// the error that the target's floor is a lower bound of. `None` if the target has no floor.
     ///
@@ -81,4 +105,49 @@ pub(crate) fn limited(program: Program, divisor: f64) -> Program {
 /// Observations, and the same of a program.
 fn pair(program: &Program, samples: &Samples) -> Result<[Vec<[f64; 3]>; 2], EvalError> {
     Ok([samples.observed(), samples.observed_of(program)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gp::breed::random;
+    use brood_genome::BirthKey;
+    use brood_target::Strategy;
+
+    fn genome() -> Genome {
+        random(Strategy::DIALECT, BirthKey { seed: 1, slot: 0, attempt: 0 })
+    }
+
+    /// A candidate that the search took to have this error, and as it was measured.
+    fn one(known: f64, (measured, divisor): (f64, f64)) -> (Candidate, Found) {
+        let genome = genome();
+        let candidate =
+            Candidate { genome: genome.clone(), parameters: 8, fitted: known, held: known };
+        let (fitted, e_log) = (measured, measured);
+        let found = Found {
+            genome,
+            operations: 10,
+            parameters: 8,
+            fitted,
+            e_log,
+            e_cbrt: 0.0,
+            relative_l2: 0.0,
+            divisor,
+        };
+        (candidate, found)
+    }
+
+    #[test]
+    fn best_is_the_searchs_choice_unless_the_energy_limit_made_it_worse() {
+        let chosen = |first: (f64, f64)| {
+            let (front, found): (Vec<Candidate>, Vec<Found>) =
+                [one(0.1, first), one(0.2, (0.2, 1.0)), one(0.3, (0.15, 1.0))].into_iter().unzip();
+            Found::best(&found, &Outcome { front, best: 0 })
+        };
+        assert_eq!(chosen((0.1, 1.0)), 0);
+        // Not the limit's fault, or not worse than known.
+        assert_eq!(chosen((0.4, 1.0)), 0);
+        assert_eq!(chosen((0.101, 3.0)), 0);
+        assert_eq!(chosen((0.4, 3.0)), 2);
+    }
 }

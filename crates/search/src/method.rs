@@ -24,6 +24,12 @@ pub(crate) fn ranking_error(fitted: f64, held: f64) -> f64 {
     fitted * fitted + held * held
 }
 
+/// E_log on training and validation samples together.
+pub(crate) fn both_errors(fitted: f64, held: f64) -> f64 {
+    let share = 1.0 / HOLDOUT_STRIDE as f64;
+    ((1.0 - share) * fitted * fitted + share * held * held).sqrt()
+}
+
 /// Result of a generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
