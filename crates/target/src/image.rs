@@ -24,12 +24,12 @@ use crate::measured::FEWEST;
 use crate::{LightMeans, LowerBound, PixelRadiance, Samples};
 use clip::{Clip, Clipping};
 use film::FilmInverse;
-use highlight::{PARTS, highlights};
+pub use highlight::highlights;
 pub use pixel::{PixelCounts, PixelStatus};
-use pixel::{PixelReading, around};
+use pixel::{PixelReading, around, spans};
 pub use refusal::ImageTargetError;
 use refusal::SIDE;
-use soft::{MeanPixels, own_pairs, soft_light};
+use soft::{MeanPixels, most_highlights, soft_light};
 
 /// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
@@ -197,7 +197,7 @@ impl ImageView {
         // Pixels of one ray show their centre alone.
         let is_highlight = match self.is_soft || layout.sampling == Sampling::Fixed(1) {
             true => vec![false; spans.len()],
-            false => highlights(&self.set, &spans, own_pairs(lit.0)),
+            false => highlights(&self.set, most_highlights(lit.0)),
         };
         let (in_mask, clips) = (&self.in_mask, &self.clips);
         for (pixel, span) in spans.into_iter().enumerate() {
@@ -251,7 +251,7 @@ impl ImageView {
             self.statuses.push(status);
         }
         let mut means = LightMeans::default();
-        for of in [(&several, 1), (&within, PARTS)] {
+        for of in [(&several, soft::parts(lit.0)), (&within, highlight::PARTS)] {
             let (found, unlit) = soft::means(mesh, lit, layout.size_px, of);
             means.append(&found);
             unlit.into_iter().for_each(|pixel| self.statuses[pixel] = PixelStatus::Unlit);
@@ -418,15 +418,6 @@ fn visible(
         return Err(ImageTargetError::Unlit);
     }
     Ok(set)
-}
-
-/// Samples of each pixel; `None` without any.
-fn spans(layout: &ImageLayout) -> Vec<Option<PixelSpan>> {
-    let mut spans = vec![None; layout.coverage.len()];
-    for span in layout.spans() {
-        spans[span.pixel as usize] = Some(span);
-    }
-    spans
 }
 
 /// Irradiance at the centre of each pixel that is in the mask, wholly covered and lit.

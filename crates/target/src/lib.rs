@@ -35,7 +35,9 @@ mod strategy;
 pub use bundle::{BundleError, BundledView, PictureBundle};
 pub use draw::{draw_pairs, grazing_pairs, narrow_pairs, pair_of_half};
 pub use file::{MeasuredFile, TargetFile, TargetFileError, TargetKind, UnknownKind};
-pub use image::{ImageError, ImageTargetError, ImageView, PixelCounts, PixelStatus, View, pooled};
+pub use image::{
+    ImageError, ImageTargetError, ImageView, PixelCounts, PixelStatus, View, highlights, pooled,
+};
 pub use known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 pub use means::{LightMeans, MeanValue, PixelRadiance};
 pub use measured::{AsMeasured, MeasuredTarget, TargetError};

@@ -3,13 +3,16 @@
 use brood_brdf::Block;
 use brood_eval::Level;
 use brood_scene::{PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
-use brood_target::{KnownView, PixelStatus};
+use brood_target::{KnownView, PixelStatus, ViewSetup, highlights};
 
 use crate::analytic::LANES;
 
 /// Number of pixels of all reduced pictures together, and their shortest side.
 const PIXELS: u32 = 96 * 96;
 const SIDE_PX: u32 = 40;
+/// Largest number of reduced pixels in highlights, and number of rays of each.
+const HIGHLIGHTS: usize = 256;
+const RAYS: u16 = 16;
 /// Distance from the object, in pixels, from which on pixels show the background alone.
 const BESIDE: usize = 3;
 /// Radiance below which a background is black, as a share of the median radiance of lit pixels.
@@ -24,6 +27,8 @@ pub(super) struct Photograph {
     size_px: PictureSize,
     /// Pixels that count.
     pub(super) pixels: Vec<Seen>,
+    /// Columns and rows of pixels in highlights of the stated scene, within which f differs.
+    highlights: Vec<(u32, u32)>,
     /// Irradiance of red, green and blue at normal incidence: the median over the object.
     normal: [f64; 3],
 }
@@ -86,7 +91,13 @@ impl Photograph {
             });
             pixels.push(Seen { at, wanted, is_bound });
         }
-        Self { view: index, size_px, pixels, normal }
+        let ViewSetup { mesh, scene, assets, .. } = &view.setting;
+        let stated = SampleSet::render_with_assets(&**mesh, scene, assets, raster(size_px));
+        let is_highlight = highlights(&stated, HIGHLIGHTS);
+        let places = (0..size_px.height).flat_map(|y| (0..size_px.width).map(move |x| (x, y)));
+        let highlights = places.zip(is_highlight).filter(|(_, is_highlight)| *is_highlight);
+        let highlights = highlights.map(|(place, _)| place).collect();
+        Self { view: index, size_px, pixels, highlights, normal }
     }
 
     /// The logarithms to match, three per pixel.
@@ -96,21 +107,28 @@ impl Photograph {
 
     /// Samples a picture of a scene. The mesh and the assets are those of the view.
     pub(super) fn shot(&self, view: &KnownView, scene: &Scene) -> Shot {
-        let (size_px, sampling) = (self.size_px, Sampling::Adaptive);
-        let raster = Raster { size_px, sampling, area: PixelArea::whole(size_px) };
+        let (size_px, pixels) = (self.size_px, &self.highlights);
         let (mesh, assets) = (&*view.setting.mesh, &view.setting.assets);
-        let set = SampleSet::render_with_assets(mesh, scene, assets, raster);
-        let layout = set.image().expect("the set has a picture layout");
-        let scale = f64::from(layout.scale);
+        let all = SampleSet::render_with_assets(mesh, scene, assets, raster(size_px));
+        let fine = SampleSet::render_pixels(mesh, scene, assets, (size_px, RAYS), pixels, None);
+        let index = |(x, y): &(u32, u32)| (y * size_px.width + x) as usize;
+        let of_fine: Vec<usize> = pixels.iter().map(index).collect();
         let (mut pairs, mut samples) = (Vec::new(), Vec::new());
-        for span in layout.spans() {
-            let range = span.radiance_start as usize..span.end as usize;
-            pairs.extend_from_slice(set.pairs(range.clone()));
-            samples.extend(range.map(|k| {
-                let irradiance = set.irradiance().map(|channel| scale * f64::from(channel[k]));
-                (span.pixel as usize, irradiance)
-            }));
-        }
+        let mut add = |set: &SampleSet, place: &dyn Fn(usize) -> Option<usize>| {
+            let layout = set.image().expect("the set has a picture layout");
+            let scale = f64::from(layout.scale);
+            for span in layout.spans() {
+                let Some(pixel) = place(span.pixel as usize) else { continue };
+                let range = span.radiance_start as usize..span.end as usize;
+                pairs.extend_from_slice(set.pairs(range.clone()));
+                samples.extend(range.map(|k| {
+                    let irradiance = set.irradiance().map(|channel| scale * f64::from(channel[k]));
+                    (pixel, irradiance)
+                }));
+            }
+        };
+        add(&all, &|pixel| of_fine.binary_search(&pixel).is_err().then_some(pixel));
+        add(&fine, &|pixel| Some(of_fine[pixel]));
         let level = Level::best();
         let block = |pairs: &[_]| {
             let mut block = Block::new();
@@ -149,6 +167,10 @@ impl Photograph {
         }
         residuals
     }
+}
+
+fn raster(size_px: PictureSize) -> Raster {
+    Raster { size_px, sampling: Sampling::Adaptive, area: PixelArea::whole(size_px) }
 }
 
 /// ln(1 + radiance / irradiance); 0 for a channel without light.

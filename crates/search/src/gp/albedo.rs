@@ -80,8 +80,8 @@ mod tests {
         let found = Albedos::new().divisors(&programs.iter().collect::<Vec<_>>());
         let exact: Vec<f64> =
             programs.iter().map(|program| energy_limit(program).divisor).collect();
-        // Random programs have albedos of any size. The exact limit also allows for peaks that it may
-        // have missed.
+        // Random programs have albedos of any size. The exact limit also allows for peaks that it
+        // may have missed.
         let usual: Vec<(f64, f64)> =
             found.into_iter().zip(exact).filter(|(_, exact)| *exact < 20.0).collect();
         assert!(usual.len() > 8, "{usual:?}");

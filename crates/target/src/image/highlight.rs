@@ -4,21 +4,22 @@
 use brood_brdf::DirectionPair;
 use brood_scene::{PixelSpan, SampleSet};
 
-use super::pixel::around;
-use super::soft::PAIRS;
+use super::pixel::{around, spans};
 
 /// Number of points of such a pixel, along a side.
 pub(super) const PARTS: u32 = 8;
 /// Largest angle between half vector and normal, as a multiple of its change to a neighbour. Beyond
 /// it, f = theta_h^-4 is within 3 % at the centre of a pixel of its mean over the pixel.
 const REACH: f64 = 6.0;
-/// Largest number of these pixels; those nearest to a highlight count.
-const MOST: usize = 512;
-
-/// Returns true for each pixel in a highlight of a light that reaches its centre.
-pub(super) fn highlights(set: &SampleSet, spans: &[Option<PixelSpan>], lights: usize) -> Vec<bool> {
+/// Returns true for each pixel of a picture in a highlight of a light that reaches its centre. If
+/// there are more than `most`, those nearest to a highlight count.
+///
+/// # Panics
+/// If the set is not that of a picture.
+#[must_use]
+pub fn highlights(set: &SampleSet, most: usize) -> Vec<bool> {
     let layout = set.image().expect("the set has a picture layout");
-    let size = (layout.width as usize, layout.height as usize);
+    let (size, spans) = ((layout.width as usize, layout.height as usize), spans(layout));
     // theta_h of each light at the centre of each pixel.
     let thetas = |span: &Option<PixelSpan>| -> Vec<f64> {
         let at = span.map_or(0..0, |span| span.start..span.centre_end);
@@ -38,7 +39,7 @@ pub(super) fn highlights(set: &SampleSet, spans: &[Option<PixelSpan>], lights: u
     let all = (0..spans.len()).map(|pixel| (distance(pixel), pixel));
     let mut found: Vec<(f64, usize)> = all.filter(|(distance, _)| *distance < REACH).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    found.truncate(MOST.min(PAIRS / (lights * (PARTS * PARTS) as usize)));
+    found.truncate(most);
     let mut is_highlight = vec![false; spans.len()];
     found.into_iter().for_each(|(_, pixel)| is_highlight[pixel] = true);
     is_highlight

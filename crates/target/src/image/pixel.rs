@@ -3,6 +3,7 @@
 use std::fmt;
 
 use brood_brdf::DirectionPair;
+use brood_scene::{ImageLayout, PixelSpan};
 
 /// Number of pixels by status.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
@@ -71,6 +72,15 @@ impl PixelStatus {
     pub fn is_usable(self) -> bool {
         matches!(self, Self::Used | Self::SeveralLights)
     }
+}
+
+/// Samples of each pixel; `None` without any.
+pub(super) fn spans(layout: &ImageLayout) -> Vec<Option<PixelSpan>> {
+    let mut spans = vec![None; layout.coverage.len()];
+    for span in layout.spans() {
+        spans[span.pixel as usize] = Some(span);
+    }
+    spans
 }
 
 /// Indices of the pixel and its neighbours up to `reach` rows and columns away, in a picture of

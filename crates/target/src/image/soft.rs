@@ -5,12 +5,17 @@ use brood_light::{Light, LightAssets};
 use brood_mesh::Mesh;
 use brood_scene::{LightTerms, PictureSize, Scene};
 
+use super::highlight::PARTS;
 use crate::{LightMeans, PixelRadiance};
 
 /// Largest number of pixels of a picture, evenly picked.
 const MEANS: usize = 4096;
 /// Largest number of pairs of directions that only one pixel has, of all pixels together.
-pub(super) const PAIRS: usize = 1 << 16;
+const PAIRS: usize = 1 << 16;
+/// Number of points of a pixel along a side, under environments alone.
+const ENVIRONMENT_PARTS: u32 = 2;
+/// Largest number of pixels of a picture in highlights.
+const HIGHLIGHTS: usize = 512;
 
 /// Pixels that show means, with what they show.
 pub(super) type MeanPixels = Vec<(usize, PixelRadiance)>;
@@ -23,8 +28,20 @@ pub(super) fn soft_light(scene: &Scene) -> Option<&Light> {
     scene.lights.iter().find(|light| !is_hard(light))
 }
 
+/// Number of points of a pixel that is lit from several directions, along a side. Environments have
+/// the same pairs at all of them.
+pub(super) fn parts(scene: &Scene) -> u32 {
+    let is_environment = |light: &Light| matches!(light, Light::Environment(_));
+    if scene.lights.iter().all(is_environment) { ENVIRONMENT_PARTS } else { 1 }
+}
+
+/// Largest number of pixels in highlights whose means are made in a scene.
+pub(super) fn most_highlights(scene: &Scene) -> usize {
+    HIGHLIGHTS.min(PAIRS / (own_pairs(scene) * (PARTS * PARTS) as usize))
+}
+
 /// Number of pairs that a pixel has of its own for each of its parts.
-pub(super) fn own_pairs(scene: &Scene) -> usize {
+fn own_pairs(scene: &Scene) -> usize {
     let of = |light: &Light| match light {
         Light::Environment(_) => 0,
         Light::Point(_) | Light::Directional(_) | Light::Spot(_) | Light::Ies(_) => 1,
