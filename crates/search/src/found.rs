@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use crate::method::{Candidate, Outcome, both_errors};
 
-/// Ratio of errors from which on the energy limit has made a material worse than the search knew.
-const WORSE: f64 = 1.02;
+/// Ratio of the measured to the estimated error, and divisor of the energy limit, up to which the
+/// choice of a search stands.
+const TOLERATED: f64 = 1.02;
 
 /// A found material with its errors, measured under the energy limit.
 #[derive(Debug, Clone)]
@@ -63,25 +64,23 @@ impl Found {
         })
     }
 
-    /// Index of the best of a measured front. Searches choose it, but genetic ones know the energy
-    /// limit only approximately. If the limit makes their choice worse than they knew, the best is
-    /// the one of least E_log on the fitted samples.
+    /// Index of the best candidate of a measured front: the choice of the search, unless the exact
+    /// energy limit makes it worse than the search estimated. Then it is the candidate of least
+    /// E_log on the fitted samples. Genetic searches only approximate the limit.
     ///
     /// # Panics
-    /// If the front has not as many candidates.
+    /// If the front has another number of candidates.
     #[must_use]
     pub fn best(front: &[Self], outcome: &Outcome) -> usize {
         assert_eq!(front.len(), outcome.front.len(), "every candidate is measured");
-        let known = &outcome.front[outcome.best];
-        let is_as_known = |found: &Self| {
-            found.divisor <= WORSE || found.fitted <= WORSE * both_errors(known.fitted, known.held)
-        };
-        let error = |at: &usize| front[*at].fitted;
-        let least = || (0..front.len()).min_by(|a, b| error(a).total_cmp(&error(b)));
-        match front.get(outcome.best) {
-            Some(found) if !is_as_known(found) => least().unwrap_or(outcome.best),
-            _ => outcome.best,
+        let (chosen, candidate) = (&front[outcome.best], &outcome.front[outcome.best]);
+        let estimated = both_errors(candidate.fitted, candidate.held);
+        if chosen.divisor <= TOLERATED || chosen.fitted <= TOLERATED * estimated {
+            return outcome.best;
         }
+        let error = |at: &usize| front[*at].fitted;
+        let least = (0..front.len()).min_by(|a, b| error(a).total_cmp(&error(b)));
+        least.expect("the front has the choice")
     }
 
     /// Returns E_log on the held-out samples as they were measured, in both orders of directions:

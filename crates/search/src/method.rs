@@ -76,7 +76,8 @@ pub struct Outcome {
     /// Front, from the longest to the shortest: each candidate has a smaller error than all shorter
     /// ones, or is the best.
     pub front: Vec<Candidate>,
-    /// Index of the best in `front`.
+    /// Index in `front` of the search's choice, before the front is measured; see
+    /// [`Found::best`](crate::Found::best).
     pub best: usize,
 }
 

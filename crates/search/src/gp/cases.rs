@@ -3,6 +3,7 @@
 
 use brood_brdf::DirectionPair;
 use brood_eval::{FitnessTarget, Loss};
+use brood_genome::Genome;
 use brood_program::Program;
 use brood_scene::SampleSet;
 use brood_target::{MeasuredTarget, Samples, narrow_pairs};
@@ -58,6 +59,11 @@ impl Cases {
             ceiling: (MARGIN * samples.largest()).min(MeasuredTarget::LARGEST),
             albedos: Albedos::new(),
         }
+    }
+
+    /// Program of a genome under the approximate energy limit.
+    pub(super) fn limited_program(&self, genome: &Genome) -> Program {
+        self.limited(&[&Program::lower(genome)]).swap_remove(0).0
     }
 
     /// Programs under the approximate energy limit, with the divisors of their f.

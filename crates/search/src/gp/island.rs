@@ -111,10 +111,7 @@ impl Island {
         bare.retain(|bare| !seen.contains(&bare.hash) && known.insert(bare.hash));
         let hashes: Vec<ProgramHash> = bare.iter().map(|bare| bare.hash).collect();
         let kept = context.population.kept;
-        let worst = match self.members.get(kept - 1) {
-            Some(worst) => worst.sum,
-            None => f64::INFINITY,
-        };
+        let worst = self.members.get(kept - 1).map_or(f64::INFINITY, |worst| worst.sum);
         self.members.extend(evaluate(bare, context.cases, (kept, worst)));
         self.sort_and_truncate(context.population.kept);
         let evaluations = hashes.len() as u64;

@@ -155,7 +155,7 @@ impl Gp {
     /// E_log on the validation samples, under the energy limit.
     fn held(&self, member: &Member) -> f64 {
         let held = &self.cases.held;
-        let program = self.cases.limited(&[&Program::lower(&member.genome)]).swap_remove(0).0;
+        let program = self.cases.limited_program(&member.genome);
         let values = values(&[&program], held);
         let count = held.len();
         let found: Vec<[f64; 3]> = (0..count)

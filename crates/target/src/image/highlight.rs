@@ -1,5 +1,5 @@
-//! Pixels in highlights, within which f may differ: there the half vector turns by a good part of
-//! its angle to the normal.
+//! Pixels in highlights. Within such a pixel theta_h, the angle between half vector and normal,
+//! changes by a large share of itself, so f may too.
 
 use brood_brdf::DirectionPair;
 use brood_scene::{PixelSpan, SampleSet};
