@@ -9,8 +9,8 @@ use crate::lobes::ANGLES;
 
 /// Order of the quadrature ([`LobeRule`]): within 3 % for programs without kinks.
 const ORDER: usize = 16;
-/// Every second of [`ANGLES`] has incident light, at one azimuth: programs of searches seldom read
-/// the others.
+/// Incident light comes from every second of [`ANGLES`] and from one azimuth. More directions cost
+/// time, and albedos seldom depend on the azimuth.
 const STEP: usize = 2;
 
 /// Nodes of the quadratures of directional albedos.

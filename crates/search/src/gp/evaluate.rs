@@ -20,8 +20,8 @@ pub(super) struct Member {
     pub(super) hash: ProgramHash,
     /// Number of scalar operations per sample.
     pub(super) operations: u32,
-    /// Sum over training samples and channels of the squared differences of log2(1 + f cos_i), f
-    /// being under the energy limit.
+    /// Sum over training samples and channels of the squared differences of log2(1 + f cos_i). The
+    /// energy limit applies to f.
     pub(super) sum: f64,
     /// True if tuning of its constants has been tried.
     pub(super) is_tuned: bool,

@@ -11,6 +11,7 @@ pub(super) const PARTS: u32 = 8;
 /// Largest angle between half vector and normal, as a multiple of its change to a neighbour. Beyond
 /// it, f = theta_h^-4 is within 3 % at the centre of a pixel of its mean over the pixel.
 const REACH: f64 = 6.0;
+
 /// Returns true for each pixel of a picture in a highlight of a light that reaches its centre. If
 /// there are more than `most`, those nearest to a highlight count.
 ///
