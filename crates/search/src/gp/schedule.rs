@@ -3,7 +3,7 @@
 use std::collections::{HashSet, VecDeque};
 
 use brood_genome::{Dialect, Genome};
-use brood_program::{Program, ProgramHash, Tunable};
+use brood_program::{ProgramHash, Tunable};
 use brood_target::{Samples, Strategy, metric};
 
 use super::breed::{random, start_mutant};

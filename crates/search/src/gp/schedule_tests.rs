@@ -4,6 +4,7 @@
 use brood_brdf::{Model, ModelKind};
 use brood_eval::limited;
 use brood_genome::BirthKey;
+use brood_program::Program;
 use brood_target::draw_pairs;
 
 use super::*;
