@@ -117,11 +117,11 @@ mod tests {
         random(Strategy::DIALECT, BirthKey { seed: 1, slot: 0, attempt: 0 })
     }
 
-    /// A candidate that the search took to have this error, and as it was measured.
-    fn one(known: f64, (measured, divisor): (f64, f64)) -> (Candidate, Found) {
+    /// A candidate with the error that the search estimated, and with the measured one.
+    fn one(estimated: f64, (measured, divisor): (f64, f64)) -> (Candidate, Found) {
         let genome = genome();
         let candidate =
-            Candidate { genome: genome.clone(), parameters: 8, fitted: known, held: known };
+            Candidate { genome: genome.clone(), parameters: 8, fitted: estimated, held: estimated };
         let (fitted, e_log) = (measured, measured);
         let found = Found {
             genome,
@@ -144,7 +144,7 @@ mod tests {
             Found::best(&found, &Outcome { front, best: 0 })
         };
         assert_eq!(chosen((0.1, 1.0)), 0);
-        // Not the limit's fault, or not worse than known.
+        // Above the estimate without a limit, or as estimated.
         assert_eq!(chosen((0.4, 1.0)), 0);
         assert_eq!(chosen((0.101, 3.0)), 0);
         assert_eq!(chosen((0.4, 3.0)), 2);

@@ -194,7 +194,7 @@ impl ImageView {
         let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
         // Pixels that show means: over lights at the centre, and over points of highlights.
         let (mut several, mut within) = (MeanPixels::new(), MeanPixels::new());
-        // Pixels of one ray show their centre alone.
+        // A pixel of one ray shows only its centre.
         let is_highlight = match self.is_soft || layout.sampling == Sampling::Fixed(1) {
             true => vec![false; spans.len()],
             false => highlights(&self.set, most_highlights(lit.0)),
