@@ -307,6 +307,12 @@ export interface components {
             /** @description Display name, 1 to 200 characters. Default: the name of the target. */
             name?: string | null;
             /**
+             * @description What lobes minimise: `seen` or `e_log`. `seen` is E_log with differences of dark values added,
+             *     which pictures show; the strategies `lobes` and `hybrid` minimise it by default. `e_log` is
+             *     E_log alone, which the other strategies minimise.
+             */
+            objective?: string | null;
+            /**
              * Format: double
              * @description Time budget in seconds, above 0 and at most 604,800 (7 days).
              */
@@ -2081,6 +2087,8 @@ export interface components {
             mirrored: boolean;
             /** @description Display name. */
             name: string;
+            /** @description What the search minimises: `seen` or `e_log`; null in searches of earlier versions. */
+            objective?: string | null;
             /** @description Seed of the search. */
             seed: components["schemas"]["Seed"];
             /** @description Individuals that the search starts from. */
@@ -2204,9 +2212,10 @@ export interface components {
             name: string;
             /**
              * Format: double
-             * @description Lowest E_log of a reciprocal material on the held-out samples as measured, in both orders of
-             *     directions; null unless the measurement covers all directions. Searches fit the mean of both
-             *     orders, so the errors of their results can be lower.
+             * @description Lowest E_log of a reciprocal isotropic material on f as measured. Of measurements that cover
+             *     all directions: on the held-out samples in both orders of directions. Searches fit the mean of
+             *     both orders, so the errors of their results can be lower. Of given pairs: on all of them; null
+             *     if none is given in both orders or repeated.
              */
             reciprocal_floor?: number | null;
             /**

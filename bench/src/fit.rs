@@ -12,7 +12,7 @@ use anyhow::{Context, Result, ensure};
 use brood_brdf::ModelKind;
 use brood_eval::{energy_limit, express};
 use brood_export::samples_csv;
-use brood_search::{Options, Search};
+use brood_search::{Found, Options, Search};
 use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 use clap::Args;
 use rayon::ThreadPool;
@@ -147,14 +147,15 @@ fn of_seed(
 fn fit_once(measured: &FitMaterial, studio: &Studio, budget: f64, seed: u64) -> Result<Run> {
     let FitMaterial { target, brdf, .. } = measured;
     let begun = Instant::now();
-    let (strategy, start) = (Strategy::Lobes, Vec::new());
-    let options = Options { strategy, seed, is_mirrored: false, start };
-    let mut search = Search::new(&target.fitted, &options);
+    let strategy = Strategy::Lobes;
+    let options = Options { strategy, seed, ..Options::default() };
+    let mut search = Search::new(&target.fitted, &options).reporting(&target.held);
     let (outcome, progress) = spend(&mut search, FitBudget::Seconds(budget), |_, _, _| {})
         .context("the fit found nothing")?;
     let generations = progress.generation;
     let seconds = begun.elapsed().as_secs_f64();
-    let genome = &outcome.front[outcome.best].genome;
+    let front = Found::all(&outcome.front, target)?;
+    let genome = &front[Found::best(&front, &outcome)].genome;
     let program = express(genome);
     let found = Samples::of_program(&program, target.held.pairs().to_vec())?;
     let narrow = narrow_pairs(NARROW, 3);
@@ -190,8 +191,8 @@ fn fit_once(measured: &FitMaterial, studio: &Studio, budget: f64, seed: u64) -> 
 /// E_log of the usual fit: one or two microfacet lobes, each over a diffuse part, without the
 /// energy limit.
 fn two_lobes(target: &MeasuredTarget, seed: u64) -> Result<f64> {
-    let (strategy, start) = (Strategy::Analytic, Vec::new());
-    let options = Options { strategy, seed, is_mirrored: false, start };
+    let strategy = Strategy::Analytic;
+    let options = Options { strategy, seed, ..Options::default() };
     let mut search = Search::with_kinds(&target.fitted, &options, vec![ModelKind::CookTorrance]);
     let (outcome, _) = spend(&mut search, FitBudget::Seconds(TWO_LOBES_SECONDS), |_, _, _| {})
         .context("the fit of microfacet lobes found nothing")?;

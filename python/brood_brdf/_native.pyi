@@ -23,6 +23,7 @@ class FitOptions(TypedDict):
     strategy: str
     seed: int
     mirrored: bool
+    objective: str | None
     models: list[str]
     generations: int | None
     seconds: float | None

@@ -169,6 +169,7 @@ def fit(
     target: Target | str | PathLike[str],
     *,
     strategy: str = "hybrid",
+    objective: str | None = None,
     generations: int | None = None,
     seconds: float | None = None,
     seed: int = 1,
@@ -185,6 +186,8 @@ def fit(
     Args:
         target: Target, or the path of a measurement (`Target.read`).
         strategy: `lobes`, `analytic`, `gp` or `hybrid`.
+        objective: What lobes minimise: `seen`, the default of `lobes` and `hybrid`, is E_log with
+            differences of dark values added; `e_log` is E_log alone.
         generations: Budget as a number of generations: gives the same result on every machine.
         seconds: Budget in seconds, the final steps included; 10 if there is no budget.
         seed: Seed, 0 to 2^64 - 1.
@@ -207,6 +210,7 @@ def fit(
         raise ValueError(f"`seconds` must be above 0 and at most 1000000, got {seconds}")
     options: _native.FitOptions = {
         "strategy": strategy,
+        "objective": objective,
         "seed": seed,
         "mirrored": mirrored,
         "models": list(models),

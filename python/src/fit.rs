@@ -5,7 +5,7 @@ use std::time::Instant;
 use brood_brdf::MeasuredSamples;
 use brood_genome::ModelKind;
 use brood_search::{Found, Options, Progress, Search, TimeBudget};
-use brood_target::{MeasuredTarget, Strategy, TargetFile, TargetKind};
+use brood_target::{MeasuredTarget, Objective, Strategy, TargetFile, TargetKind};
 use glam::DVec3;
 use pyo3::prelude::*;
 
@@ -63,6 +63,7 @@ impl NativeTarget {
 #[pyo3(from_item_all)]
 pub(crate) struct FitOptions {
     strategy: String,
+    objective: Option<String>,
     seed: u64,
     mirrored: bool,
     models: Vec<String>,
@@ -105,7 +106,11 @@ pub(crate) fn fit(
         }
     }
     let start = start.iter().map(|material| material.get().genome().clone()).collect();
-    let given = Options { strategy, seed: options.seed, is_mirrored: options.mirrored, start };
+    let asked: Option<Objective> =
+        options.objective.as_deref().map(str::parse).transpose().map_err(value_error)?;
+    let objective = strategy.objective(asked).map_err(value_error)?;
+    let (seed, is_mirrored) = (options.seed, options.mirrored);
+    let given = Options { strategy, seed, is_mirrored, start, objective };
     let on_generation = |done: &Progress| {
         Python::attach(|py| {
             py.check_signals()?;
@@ -121,6 +126,7 @@ pub(crate) fn fit(
             true => Search::new(&target.fitted, &given),
             false => Search::with_kinds(&target.fitted, &given, kinds),
         });
+        let search = search.reporting(&target.held);
         let (outcome, done) = spend((search, &threads), &options, on_generation)?;
         let found = threads.install(|| Found::all(&outcome.front, target)).map_err(value_error)?;
         let best = Found::best(&found, &outcome);

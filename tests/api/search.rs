@@ -160,6 +160,8 @@ async fn search_is_refused_when_a_value_is_invalid() {
         (422, "/threads", json!({"seconds": 1, "threads": 0})),
         (422, "/threads", json!({"seconds": 1, "threads": 100_000})),
         (422, "/strategy", json!({"seconds": 1, "strategy": "guessing"})),
+        (422, "/objective", json!({"seconds": 1, "objective": "elog"})),
+        (422, "/objective", json!({"seconds": 1, "strategy": "gp", "objective": "seen"})),
         (422, "/target_error", json!({"seconds": 1, "target_error": 0})),
         (422, "/lineage", json!({"seconds": 1, "lineage": paper["id"]})),
         (404, "/lineage", json!({"seconds": 1, "lineage": unknown})),

@@ -16,9 +16,9 @@ import { nameOfTarget } from "./words.js";
  * @typedef {"seconds"|"generations"|"evaluations"} Measure
  *
  * @typedef {{file: File|null, kind: TargetKind|"", views: PictureDraft[], target: Target|null,
- *   own: string|null, name: string, strategy: string, measure: Measure, seconds: string,
- *   generations: string, evaluations: string, seed: string, threads: string, mirrored: boolean,
- *   into: "own"|"open", start: {of: Individual, name: string}|null}} Draft Numbers are as they are
+ *   own: string|null, name: string, strategy: string, objective: string, measure: Measure,
+ *   seconds: string, generations: string, evaluations: string, seed: string, threads: string,
+ *   mirrored: boolean, into: "own"|"open", start: {of: Individual, name: string}|null}} Draft Numbers are as they are
  *   typed. `file`: the chosen file, or the first of several pictures; `views`: pictures with their
  *   settings; `own`: id of the target that this form has uploaded and that no search uses yet;
  *   `into`: results go to a lineage of their own or to the open one.
@@ -26,6 +26,15 @@ import { nameOfTarget } from "./words.js";
 
 /** Strategies of the server; none is sent unless one is chosen. */
 export const STRATEGIES = ["hybrid", "lobes", "gp", "analytic"];
+
+/** Objectives of the server; none is sent unless one is chosen. */
+export const OBJECTIVES = [
+  { name: "seen", words: "what pictures show: dark values count" },
+  { name: "e_log", words: "E_log alone" },
+];
+
+/** True if a strategy fits lobes, whose objective can be chosen. @param {string} strategy */
+export const hasObjective = (strategy) => ["", "hybrid", "lobes"].includes(strategy);
 
 /** @param {Partial<Draft>} change */
 export function updateDraft(change) {
@@ -88,6 +97,7 @@ export function requestOf(of, open) {
   const json = { kind: "fit", target: of.target.id, [of.measure]: budget };
   if (of.name.trim()) json.name = of.name.trim();
   if (of.strategy) json.strategy = of.strategy;
+  if (of.objective && hasObjective(of.strategy)) json.objective = of.objective;
   // Sent as text, because seeds may exceed the whole numbers that JavaScript represents.
   if (of.seed.trim()) json.seed = of.seed.trim();
   if (of.threads.trim()) json.threads = Number(of.threads);

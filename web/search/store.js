@@ -30,6 +30,7 @@ export const BLANK = {
   own: null,
   name: "",
   strategy: "",
+  objective: "",
   measure: "seconds",
   seconds: "25",
   generations: "40",

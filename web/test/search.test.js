@@ -66,6 +66,15 @@ test("a request has all fields of the form, with the seed as text", () => {
   });
 });
 
+test("an objective is requested only from strategies that have one", () => {
+  const of = (/** @type {string} */ strategy) => {
+    const asked = requestOf({ ...DRAFT, strategy, objective: "e_log" }, null);
+    return "json" in asked && asked.json.objective;
+  };
+  assert.deepEqual(["", "hybrid", "lobes"].map(of), ["e_log", "e_log", "e_log"]);
+  assert.deepEqual(["gp", "analytic"].map(of), [undefined, undefined]);
+});
+
 test("an invalid form names its wrong field", () => {
   for (const [change, field] of /** @type {[any, string][]} */ ([
     [{ target: null }, "target"],

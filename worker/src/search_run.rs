@@ -13,7 +13,7 @@ use brood_protocol::{
     SearchUpdate,
 };
 use brood_search::{Candidate, Found, Options, Progress, Search, Spread, SpreadMap, TimeBudget};
-use brood_target::{KnownView, Strategy, TargetFile};
+use brood_target::{KnownView, Objective, Strategy, TargetFile};
 use rayon::prelude::*;
 
 use crate::search_target::SearchTarget;
@@ -56,16 +56,19 @@ impl SearchRun {
             .strategy
             .parse()
             .map_err(|_| "server and worker are of different versions".to_owned())?;
+        let objective = Objective::from_name(&grant.objective)
+            .ok_or_else(|| "server and worker are of different versions".to_owned())?;
         let start = grant.start.iter().map(|bytes| Genome::from_canonical_bytes(bytes));
         let start = start.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
-        let options = Options { strategy, seed: grant.seed, is_mirrored: grant.is_mirrored, start };
+        let (seed, is_mirrored) = (grant.seed, grant.is_mirrored);
+        let options = Options { strategy, seed, is_mirrored, start, objective };
         let search = match &grant.checkpoint {
             None => Search::new(&target.file.target.fitted, &options),
             Some(state) => Search::resume(&target.file.target.fitted, &options, state)
                 .map_err(|error| error.to_string())?,
         };
         Ok(Self {
-            search,
+            search: search.reporting(&target.file.target.held),
             target,
             budget: grant.budget,
             target_error: grant.target_error,

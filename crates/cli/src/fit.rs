@@ -22,7 +22,7 @@ use brood_inspect::Shot;
 use brood_protocol::PictureFormat;
 use brood_scene::{ClipFrom, Exposure, PixelArea, Refine};
 use brood_search::{Found, Options, Outcome, Progress, Search, Spread};
-use brood_target::{MeasuredTarget, PixelCounts, Strategy};
+use brood_target::{MeasuredTarget, Objective, PixelCounts, Strategy};
 use brood_worker::Renderer;
 use clap::Args;
 
@@ -52,6 +52,10 @@ pub struct FitArgs {
     /// measurements
     #[arg(long, value_name = "S", default_value = "auto", value_parser = Strategy::choice)]
     pub strategy: StrategyChoice,
+    /// Error that lobes minimise: `seen`, their default, is E_log with differences of dark values
+    /// added, which pictures show; `e_log` is E_log alone, which the other strategies minimise
+    #[arg(long, value_name = "O", value_parser = str::parse::<Objective>)]
+    pub objective: Option<Objective>,
     /// Time budget in seconds; 10 if no budget is given
     #[arg(long, value_name = "N", conflicts_with = "generations")]
     pub seconds: Option<f64>,
@@ -119,6 +123,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
         let PixelCounts { used, several_lights, .. } = images.counts();
         strategy.check_pixels(used, several_lights)?;
     }
+    let objective = strategy.objective(args.objective)?;
     let is_analytic = strategy == Strategy::Analytic;
     ensure!(args.models.is_empty() || is_analytic, "--models needs --strategy analytic");
     let measured = match &images {
@@ -142,7 +147,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     };
     let rest = (seconds - begun.elapsed().as_secs_f64()).max(LEAST_SECONDS);
     let Searched { outcome, progress, spread } =
-        pool.install(|| search(args, strategy, &target, rest))?;
+        pool.install(|| search(args, (strategy, objective), &target, rest))?;
     let seconds = begun.elapsed().as_secs_f64();
     let front =
         pool.install(|| Found::all(&outcome.front, &target)).context("evaluate the front")?;
@@ -160,7 +165,7 @@ pub fn run(args: &FitArgs, json: bool) -> Result<()> {
     let (seed, threads) = (args.seed, pool.current_num_threads());
     let report = Report::of(best, &target, kind)?;
     let run = serde_json::json!({
-        "strategy": strategy.name(), "seed": seed, "threads": threads, "generations": progress.generation,
+        "strategy": strategy.name(), "objective": objective.name(), "seed": seed, "threads": threads, "generations": progress.generation,
         "evaluations": progress.evaluations, "seconds": seconds,
     });
     let spread = images.as_ref().zip(spread).map(|(images, spread)| {
@@ -226,17 +231,18 @@ struct Searched {
 /// Searches until the budget is spent.
 fn search(
     args: &FitArgs,
-    strategy: Strategy,
+    (strategy, objective): (Strategy, Objective),
     target: &MeasuredTarget,
     seconds: f64,
 ) -> Result<Searched> {
     let FitArgs { seed, mirrored: is_mirrored, .. } = *args;
-    let options = Options { strategy, seed, is_mirrored, start: Vec::new() };
+    let options = Options { strategy, seed, is_mirrored, objective, ..Options::default() };
     let budget = args.generations.map_or(FitBudget::Seconds(seconds), FitBudget::Generations);
     let mut search = match args.models.as_slice() {
         [] => Search::new(&target.fitted, &options),
         kinds => Search::with_kinds(&target.fitted, &options, kinds.to_vec()),
-    };
+    }
+    .reporting(&target.held);
     let mut log = args.log.as_deref().map(Log::create).transpose()?;
     let spinner = output::spinner("searching");
     let mut printed = f64::INFINITY;

@@ -23,6 +23,10 @@ pub struct CreateSearch {
     /// `analytic` for pictures and otherwise `hybrid`; with individuals to start from `hybrid`, or
     /// `gp` if no other strategy can start from them.
     pub strategy: Option<String>,
+    /// Error that lobes minimise: `seen` or `e_log`. `seen` is E_log with differences of dark
+    /// values added, which pictures show; the strategies `lobes` and `hybrid` minimise it by
+    /// default. `e_log` is E_log alone, which the other strategies minimise.
+    pub objective: Option<String>,
     /// Seed of the search. Default: 1.
     pub seed: Option<Seed>,
     /// Number of threads, 1 to 256. Default: all threads of the worker. Does not affect the result.
@@ -142,6 +146,9 @@ pub struct SearchOptions {
     pub name: String,
     /// Search strategy: `lobes`, `analytic`, `gp` or `hybrid`; never `auto`.
     pub strategy: String,
+    /// Error that the search minimises: `seen` or `e_log`; null in searches of earlier versions.
+    #[serde(default)]
+    pub objective: Option<String>,
     /// Seed of the search.
     pub seed: Seed,
     /// Number of threads; null for all threads of the worker.

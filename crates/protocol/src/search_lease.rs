@@ -40,6 +40,8 @@ pub struct SearchGrant {
     pub target_hash: [u8; 32],
     /// Search strategy.
     pub strategy: String,
+    /// Error that lobes minimise.
+    pub objective: String,
     /// Seed of the search.
     pub seed: u64,
     /// True if the material is fitted as mirror symmetric.

@@ -87,7 +87,7 @@ fn run(
     population: Population,
     seconds: f64,
 ) -> Result<(f64, u32, u64)> {
-    let options = Options { strategy: Strategy::Gp, seed, is_mirrored: true, start: Vec::new() };
+    let options = Options { strategy: Strategy::Gp, seed, is_mirrored: true, ..Options::default() };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     pool.install(|| {
         let begun = Instant::now();

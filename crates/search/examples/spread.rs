@@ -163,7 +163,7 @@ fn searched(
     let (pictures, target) =
         Pictures::gather(views.collect::<Result<Vec<_>, _>>()?.into_iter().map(Ok))?;
     let options =
-        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, ..Options::default() };
     let mut search = Search::new(&target.fitted, &options);
     for _ in 0..GENERATIONS {
         search.step();

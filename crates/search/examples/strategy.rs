@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use brood_brdf::Neural;
 use brood_program::Program;
-use brood_search::{Candidate, Options, Search};
+use brood_search::{Candidate, Found, Options, Search};
 use brood_target::{MeasuredTarget, Samples, Strategy, metric, narrow_pairs};
 
 /// Number of pairs at which the largest f is measured, to detect spikes between samples.
@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "{name}: largest f {own:.3} where samples are few, {:.3} on samples",
             target.fitted.largest()
         );
-        let options = Options { strategy, seed: 1, is_mirrored: false, start: Vec::new() };
+        let options = Options { strategy, seed: 1, is_mirrored: false, ..Options::default() };
         let begun = Instant::now();
         let show = |what: &str, candidate: &Candidate| -> Result<(), Box<dyn Error>> {
             let program = Program::lower(&candidate.genome);
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             );
             Ok(())
         };
-        let mut search = Search::new(&target.fitted, &options);
+        let mut search = Search::new(&target.fitted, &options).reporting(&target.held);
         for generation in 1..=generations {
             let progress = search.step();
             if generation.is_power_of_two() || generation == generations {
@@ -57,7 +57,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         }
         let outcome = search.finish().ok_or("there is none")?;
-        show("best", &outcome.front[outcome.best])?;
+        let front = Found::all(&outcome.front, &target)?;
+        show("best", &outcome.front[Found::best(&front, &outcome)])?;
         for (at, candidate) in outcome.front.iter().enumerate().step_by(4) {
             show(&format!("front {at:2}"), candidate)?;
         }

@@ -6,11 +6,7 @@ use brood_program::Program;
 use brood_target::{MeasuredTarget, Samples, metric};
 use rayon::prelude::*;
 
-use crate::method::{Candidate, Outcome, both_errors};
-
-/// Ratio of the measured to the estimated error, and divisor of the energy limit, up to which the
-/// choice of a search stands.
-const TOLERATED: f64 = 1.02;
+use crate::method::{Candidate, Outcome};
 
 /// A found material with its errors, measured under the energy limit.
 #[derive(Debug, Clone)]
@@ -64,34 +60,32 @@ impl Found {
         })
     }
 
-    /// Index of the best candidate of a measured front: the choice of the search, unless the exact
-    /// energy limit makes it worse than the search estimated. Then it is the candidate of least
-    /// E_log on the fitted samples. Genetic searches only approximate the limit.
+    /// Index of the best candidate of a measured front: the one of least E_log on the held-out
+    /// samples, which is the error that users see, or the choice of a search by probability.
     ///
     /// # Panics
     /// If the front has another number of candidates.
     #[must_use]
     pub fn best(front: &[Self], outcome: &Outcome) -> usize {
         assert_eq!(front.len(), outcome.front.len(), "every candidate is measured");
-        let (chosen, candidate) = (&front[outcome.best], &outcome.front[outcome.best]);
-        let estimated = both_errors(candidate.fitted, candidate.held);
-        if chosen.divisor <= TOLERATED || chosen.fitted <= TOLERATED * estimated {
+        if outcome.is_settled {
             return outcome.best;
         }
-        let error = |at: &usize| front[*at].fitted;
-        let least = (0..front.len()).min_by(|a, b| error(a).total_cmp(&error(b)));
+        // The search's choice comes first, so that it stands among equals.
+        let all = std::iter::once(outcome.best).chain(0..front.len());
+        let least = all.min_by(|a, b| front[*a].e_log.total_cmp(&front[*b].e_log));
         least.expect("the front has the choice")
     }
 
-    /// Returns E_log on the held-out samples as they were measured, in both orders of directions:
-    /// the error that the target's floor is a lower bound of. `None` if the target has no floor.
+    /// Returns E_log on the samples as they were measured: the error that the target's floor is a
+    /// lower bound of. `None` if the target has no floor.
     ///
     /// # Errors
     /// Returns [`EvalError`] if the program cannot be evaluated.
     pub fn e_log_as_measured(&self, target: &MeasuredTarget) -> Result<Option<f64>, EvalError> {
         let Some(measured) = &target.measured else { return Ok(None) };
         let program = limited(Program::lower(&self.genome), self.divisor);
-        let [wanted, found] = pair(&program, &measured.samples(target.held.pairs()))?;
+        let [wanted, found] = pair(&program, &measured.samples)?;
         Ok(Some(metric::e_log(&wanted, &found)))
     }
 }
@@ -117,36 +111,31 @@ mod tests {
         random(Strategy::DIALECT, BirthKey { seed: 1, slot: 0, attempt: 0 })
     }
 
-    /// A candidate with the error that the search estimated, and with the measured one.
-    fn one(estimated: f64, (measured, divisor): (f64, f64)) -> (Candidate, Found) {
+    /// A candidate and its measured error on the held-out samples.
+    fn one(e_log: f64) -> (Candidate, Found) {
         let genome = genome();
-        let candidate =
-            Candidate { genome: genome.clone(), parameters: 8, fitted: estimated, held: estimated };
-        let (fitted, e_log) = (measured, measured);
+        let candidate = Candidate { genome: genome.clone(), parameters: 8, fitted: 0.1, held: 0.1 };
         let found = Found {
             genome,
             operations: 10,
             parameters: 8,
-            fitted,
+            fitted: 0.1,
             e_log,
             e_cbrt: 0.0,
             relative_l2: 0.0,
-            divisor,
+            divisor: 1.0,
         };
         (candidate, found)
     }
 
     #[test]
-    fn best_is_the_searchs_choice_unless_the_energy_limit_made_it_worse() {
-        let chosen = |first: (f64, f64)| {
-            let (front, found): (Vec<Candidate>, Vec<Found>) =
-                [one(0.1, first), one(0.2, (0.2, 1.0)), one(0.3, (0.15, 1.0))].into_iter().unzip();
-            Found::best(&found, &Outcome { front, best: 0 })
+    fn best_has_the_least_held_out_error_unless_the_choice_is_settled() {
+        let best = |is_settled: bool, errors: [f64; 3]| {
+            let (front, found): (Vec<Candidate>, Vec<Found>) = errors.map(one).into_iter().unzip();
+            Found::best(&found, &Outcome { front, best: 1, is_settled })
         };
-        assert_eq!(chosen((0.1, 1.0)), 0);
-        // Above the estimate without a limit, or as estimated.
-        assert_eq!(chosen((0.4, 1.0)), 0);
-        assert_eq!(chosen((0.101, 3.0)), 0);
-        assert_eq!(chosen((0.4, 3.0)), 2);
+        assert_eq!(best(false, [0.2, 0.3, 0.1]), 2);
+        assert_eq!(best(false, [0.1, 0.1, 0.1]), 1);
+        assert_eq!(best(true, [0.2, 0.3, 0.1]), 1);
     }
 }

@@ -22,5 +22,6 @@ mod scale;
 mod schedule;
 mod tune;
 
+pub(crate) use albedo::Albedos;
 pub use population::Population;
 pub(crate) use schedule::Gp;

@@ -93,7 +93,7 @@ fn merge(a: Outcome, b: Outcome) -> Option<Outcome> {
     });
     let front: Vec<Candidate> = all.into_iter().rev().map(|(_, candidate)| candidate).collect();
     let index = front.iter().position(|candidate| *candidate == best)?;
-    Some(Outcome { front, best: index })
+    Some(Outcome { front, best: index, is_settled: false })
 }
 
 impl Method for Hybrid {
@@ -136,6 +136,15 @@ impl Method for Hybrid {
         let Some(gp) = self.gp.as_ref().and_then(|stage| stage.gp.best()) else { return lobes };
         let is_behind = |lobes: &Candidate| gp.ranking_error() < lobes.ranking_error();
         if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
+    }
+
+    fn result(&self) -> Option<Candidate> {
+        let lobes = Method::best(&self.lobes)?;
+        let gp = self.gp.as_ref().and_then(|stage| stage.gp.best());
+        match gp {
+            Some(gp) if gp.ranking_error() < lobes.ranking_error() => Some(gp),
+            _ => Method::result(&self.lobes),
+        }
     }
 
     fn next_step_cost(&self) -> f64 {

@@ -3,8 +3,8 @@
 //! A [`Search`] fits samples of reflectance with one of the strategies of
 //! [`Strategy`](brood_target::Strategy), generation by generation; it is deterministic, and its
 //! state can be saved and resumed with the same bits. [`AskTell`] is a genetic search whose errors
-//! are measured by the caller. [`Found`] measures the results on a target, whose held-out samples
-//! searches do not read.
+//! are measured by the caller. [`Found`] measures the results on a target. Searches do not fit its
+//! held-out samples; [`Search::reporting`] keeps the result of least error on them.
 //!
 //! The crate sees materials as programs and as reflectances for pairs of directions. It does not
 //! depend on files, networks, databases or jobs: the caller passes samples in and keeps the
@@ -18,8 +18,7 @@
 //!
 //! let brdf = Model::new(ModelKind::Lambert).brdf();
 //! let samples = Samples::of(&*brdf, draw_pairs(200, 1));
-//! let options =
-//!     Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+//! let options = Options { strategy: Strategy::Analytic, is_mirrored: true, ..Options::default() };
 //! let mut search = Search::with_kinds(&samples, &options, vec![ModelKind::Lambert]);
 //! let progress = search.step();
 //! assert!(progress.held < 1e-3);
@@ -33,6 +32,7 @@ mod found;
 mod front;
 mod gp;
 mod hybrid;
+mod kept;
 mod levenberg_marquardt;
 pub mod lobes;
 mod method;

@@ -34,6 +34,7 @@ mod schedule;
 mod seed;
 mod shape;
 mod sweep;
+mod terms;
 
 pub(crate) use albedo::{ANGLES, IMPORTANCE};
 pub use batch::Batch;
@@ -42,3 +43,4 @@ pub use finish::Fitted;
 pub use restricted::{Restricted, fit_restricted};
 pub use schedule::Fit;
 pub use shape::Lobes;
+pub use terms::Terms;

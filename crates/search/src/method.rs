@@ -5,6 +5,7 @@
 //! are the errors on these two.
 
 use brood_genome::Genome;
+use brood_program::Program;
 
 use crate::Probe;
 
@@ -22,12 +23,6 @@ pub(crate) fn is_held_back(index: usize) -> bool {
 /// candidates on them is often only lucky.
 pub(crate) fn ranking_error(fitted: f64, held: f64) -> f64 {
     fitted * fitted + held * held
-}
-
-/// E_log on training and validation samples together.
-pub(crate) fn both_errors(fitted: f64, held: f64) -> f64 {
-    let share = 1.0 / HOLDOUT_STRIDE as f64;
-    ((1.0 - share) * fitted * fitted + share * held * held).sqrt()
 }
 
 /// Result of a generation.
@@ -76,9 +71,11 @@ pub struct Outcome {
     /// Front, from the longest to the shortest: each candidate has a smaller error than all shorter
     /// ones, or is the best.
     pub front: Vec<Candidate>,
-    /// Index in `front` of the search's choice, before the front is measured; see
-    /// [`Found::best`](crate::Found::best).
+    /// Index in `front` of the search's choice, before the front is measured.
     pub best: usize,
+    /// True if that choice stands: it is the most probable candidate. Otherwise the measured errors
+    /// decide; see [`Found::best`](crate::Found::best).
+    pub is_settled: bool,
 }
 
 impl Outcome {
@@ -96,7 +93,21 @@ impl Outcome {
         all.reverse();
         let better = |a: usize, b: usize| if all[b].1 < all[a].1 { b } else { a };
         let best = (0..all.len()).reduce(better)?;
-        Some(Self { front: all.into_iter().map(|(candidate, _)| candidate).collect(), best })
+        let front = all.into_iter().map(|(candidate, _)| candidate).collect();
+        Some(Self { front, best, is_settled: false })
+    }
+
+    /// Adds a candidate at its place by length, unless the front has its genome.
+    pub(crate) fn with(mut self, candidate: Candidate) -> Self {
+        if self.front.iter().any(|own| own.genome == candidate.genome) {
+            return self;
+        }
+        let length = |candidate: &Candidate| Program::lower(&candidate.genome).operations();
+        let own = length(&candidate);
+        let place = self.front.partition_point(|longer| length(longer) > own);
+        self.best += usize::from(place <= self.best);
+        self.front.insert(place, candidate);
+        self
     }
 }
 
@@ -125,6 +136,12 @@ pub(crate) trait Method: Send {
 
     /// Best candidate so far; `None` before the first generation.
     fn best(&self) -> Option<Candidate>;
+
+    /// Best candidate so far as [`Method::finish`] returns it, without shorter ones; `None` before
+    /// the first generation, and if the strategy chooses by probability.
+    fn result(&self) -> Option<Candidate> {
+        None
+    }
 
     /// Result so far; `None` before the first generation. If finishing takes time, calls `has_time`
     /// once before the part that is always done, and before each optional part, which it skips from

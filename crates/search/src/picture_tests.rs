@@ -90,7 +90,7 @@ fn lambertian_is_found_from_a_picture_of_unknown_brightness() {
     let (_, samples) = ImageView::new(&unknown).unwrap();
     let target = MeasuredTarget::of_pixels(&samples).unwrap();
     let options =
-        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, ..Options::default() };
     let mut search = Search::with_kinds(&target.fitted, &options, vec![ModelKind::Lambert]);
     assert!(search.step().held < 1e-4);
 }
@@ -133,7 +133,7 @@ fn clipped_highlight_bounds_the_fit_from_below() {
     for strategy in [Strategy::Lobes, Strategy::Analytic] {
         // Least ratio of the found f to the lower bounds of the clipped pixels.
         let reached = |samples_to_fit: &Samples| {
-            let options = Options { strategy, seed: 2, is_mirrored: true, start: Vec::new() };
+            let options = Options { strategy, seed: 2, is_mirrored: true, ..Options::default() };
             let mut search = Search::new(samples_to_fit, &options);
             (0..3).for_each(|_| {
                 search.step();
@@ -212,8 +212,12 @@ fn conductor_is_recovered_from_a_clipped_picture_with_noise() {
         let given = View { clip_from, sampling, ..view(&mesh, &scene, &assets, &picture) };
         let (view, samples) = ImageView::new(&given).unwrap();
         let target = MeasuredTarget::of_pixels(&samples).unwrap();
-        let options =
-            Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+        let options = Options {
+            strategy: Strategy::Analytic,
+            seed: 1,
+            is_mirrored: true,
+            ..Options::default()
+        };
         let kinds = vec![ModelKind::Conductor];
         let mut search = Search::with_kinds(&target.fitted, &options, kinds);
         search.step();
@@ -262,8 +266,12 @@ fn model_is_found_from_a_picture_in_an_environment_or_under_several_lights() {
         let (_, samples) = ImageView::new(&view(&mesh, &scene, &assets, &picture)).unwrap();
         assert!(samples.means().samples() > 100, "{lights}");
         let target = MeasuredTarget::of_pixels(&samples).unwrap();
-        let options =
-            Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+        let options = Options {
+            strategy: Strategy::Analytic,
+            seed: 1,
+            is_mirrored: true,
+            ..Options::default()
+        };
         let kinds = vec![ModelKind::Lambert, ModelKind::CookTorrance, ModelKind::Ward];
         let mut search = Search::with_kinds(&target.fitted, &options, kinds);
         search.step();

@@ -2,19 +2,21 @@
 
 use brood_genome::lobes::Shape;
 use brood_genome::{Genome, ModelKind};
-use brood_target::{Samples, Strategy};
+use brood_target::{Objective, Samples, Strategy};
+use serde::{Deserialize, Serialize};
 
 use crate::analytic::{Analytic, default_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
-use crate::lobes::Fit;
+use crate::kept::{Kept, KeptState, Reported};
+use crate::lobes::{Fit, Terms};
 use crate::method::{Candidate, Method, Outcome, Posterior, Progress};
 use crate::{Population, Probe};
 
 /// Sizes (units, terms) of the family of lobes that are tried.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// First byte of a checkpoint. Increase it whenever a strategy changes its results.
-const VERSION: u8 = 9;
+const VERSION: u8 = 10;
 
 /// Inputs of a search besides its samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +31,21 @@ pub struct Options {
     /// Genomes to start from, without their bumps, which pairs of directions do not show; ignored
     /// by [`Strategy::Lobes`].
     pub start: Vec<Genome>,
+    /// Error that lobes minimise; ignored by strategies without lobes.
+    pub objective: Objective,
+}
+
+impl Default for Options {
+    /// A search of [`Strategy::Hybrid`] with seed 1, which starts from nothing.
+    fn default() -> Self {
+        Self {
+            strategy: Strategy::Hybrid,
+            seed: 1,
+            is_mirrored: false,
+            start: Vec::new(),
+            objective: Objective::default(),
+        }
+    }
 }
 
 /// Error of resuming a search from a checkpoint.
@@ -56,6 +73,16 @@ impl SearchError {
 /// A search. Its results depend only on the samples, the options and the number of generations.
 pub struct Search {
     method: Box<dyn Method>,
+    /// Measures results on the samples of [`Search::reporting`].
+    reported: Option<Reported>,
+    kept: Option<Kept>,
+}
+
+/// State of a search in a checkpoint.
+#[derive(Serialize, Deserialize)]
+struct State {
+    kept: Option<KeptState>,
+    method: Vec<u8>,
 }
 
 impl Search {
@@ -65,19 +92,32 @@ impl Search {
         // Only models are fitted to means.
         let centres = || samples.at_centres();
         let method: Box<dyn Method> = match options.strategy {
-            Strategy::Lobes => Box::new(lobes(&centres(), options)),
+            Strategy::Lobes => Box::new(lobes(&centres(), options, options.objective.into())),
             Strategy::Analytic => Box::new(analytic(samples, options, default_kinds())),
             Strategy::Gp => Box::new(genetic(&centres(), options)),
             Strategy::Hybrid => Box::new(hybrid(&centres(), options)),
         };
-        Self { method }
+        Self::of(method)
+    }
+
+    fn of(method: Box<dyn Method>) -> Self {
+        Self { method, reported: None, kept: None }
+    }
+
+    /// Keeps the result of least E_log on these samples, which are held out from the search, and
+    /// adds it to the front: more generations do not make the least error of the front larger than
+    /// that of the best fit before. Results of fits are refined for this whenever the best fit
+    /// changes. Does nothing for [`Strategy::Analytic`], which chooses by probability.
+    #[must_use]
+    pub fn reporting(self, held_out: &Samples) -> Self {
+        Self { reported: Some(Reported::new(held_out)), ..self }
     }
 
     /// Creates a search of [`Strategy::Analytic`] over these model kinds only. [`Search::resume`]
     /// keeps them.
     #[must_use]
     pub fn with_kinds(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Self {
-        Self { method: Box::new(analytic(samples, options, kinds)) }
+        Self::of(Box::new(analytic(samples, options, kinds)))
     }
 
     /// Creates a search of [`Strategy::Gp`] with the given population parameters, which
@@ -85,12 +125,19 @@ impl Search {
     #[must_use]
     pub fn with_population(samples: &Samples, options: &Options, population: Population) -> Self {
         let (samples, starts) = (samples.at_centres(), starts(options));
-        Self { method: Box::new(Gp::of(&samples, &starts, options.seed, population)) }
+        Self::of(Box::new(Gp::of(&samples, &starts, options.seed, population)))
+    }
+
+    /// Creates a search of [`Strategy::Lobes`] with these terms of the objective, which
+    /// [`Search::resume`] does not restore.
+    #[must_use]
+    pub fn with_terms(samples: &Samples, options: &Options, terms: Terms) -> Self {
+        Self::of(Box::new(lobes(&samples.at_centres(), options, terms)))
     }
 
     /// Restores a search from a checkpoint. With the same samples and options, the next generations
     /// have the same bits as without the interruption. The checkpoint does not contain them, so
-    /// a wrong one is not detected.
+    /// a wrong one is not detected. Call [`Search::reporting`] again if the search had it.
     ///
     /// # Errors
     /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and
@@ -102,14 +149,21 @@ impl Search {
         checkpoint: &[u8],
     ) -> Result<Self, SearchError> {
         let state = SearchError::check_version(checkpoint, VERSION)?;
-        let mut method = Self::new(samples, options).method;
-        method.load(state).ok_or(SearchError::Damaged)?;
-        Ok(Self { method })
+        let damaged = SearchError::Damaged;
+        let State { kept, method: state } = postcard::from_bytes(state).map_err(|_| damaged)?;
+        let mut search = Self::new(samples, options);
+        search.method.load(&state).ok_or(damaged)?;
+        let kept = kept.map(|kept| kept.kept().ok_or(damaged)).transpose()?;
+        Ok(Self { kept, ..search })
     }
 
     /// Runs one generation.
     pub fn step(&mut self) -> Progress {
-        self.method.step()
+        let progress = self.method.step();
+        if let Some(reported) = &mut self.reported {
+            reported.offer(&*self.method, &mut self.kept);
+        }
+        progress
     }
 
     /// Result of the last generation.
@@ -136,14 +190,18 @@ impl Search {
     /// models are refined on all samples first, validation samples included.
     #[must_use]
     pub fn finish(&self) -> Option<Outcome> {
-        self.method.finish(&mut || true)
+        self.finish_while(|| true)
     }
 
     /// Like [`Search::finish`], but leaves out shorter candidates when time runs out. `has_time` is
     /// called before every few candidates, and once before the best one, which is always finished.
     #[must_use]
     pub fn finish_while(&self, mut has_time: impl FnMut() -> bool) -> Option<Outcome> {
-        self.method.finish(&mut has_time)
+        let outcome = self.method.finish(&mut has_time)?;
+        Some(match &self.kept {
+            Some(kept) => outcome.with(kept.candidate.clone()),
+            None => outcome,
+        })
     }
 
     /// Draws `count` materials that match the samples about as well as the best. `None` before the
@@ -169,9 +227,9 @@ impl Search {
     /// State for [`Search::resume`]. Searches in the same state have the same bytes.
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {
-        let mut bytes = vec![VERSION];
-        bytes.extend(self.method.save());
-        bytes
+        let kept = self.kept.as_ref().map(KeptState::of);
+        let state = State { kept, method: self.method.save() };
+        postcard::to_extend(&state, vec![VERSION]).expect("plain data serialises")
     }
 }
 
@@ -180,9 +238,9 @@ fn starts(options: &Options) -> Vec<Genome> {
     options.start.iter().map(|genome| genome.clone().with_bump(None)).collect()
 }
 
-fn lobes(samples: &Samples, options: &Options) -> Fit {
+fn lobes(samples: &Samples, options: &Options, terms: Terms) -> Fit {
     let shape = |(units, terms): (usize, usize)| Shape::new(units, terms, options.is_mirrored);
-    Fit::new(samples, SHAPES.map(shape).to_vec(), options.seed)
+    Fit::new(samples, SHAPES.map(shape).to_vec(), terms, options.seed)
 }
 
 fn analytic(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Analytic {
@@ -194,7 +252,8 @@ fn genetic(samples: &Samples, options: &Options) -> Gp {
 }
 
 fn hybrid(samples: &Samples, options: &Options) -> Hybrid {
-    Hybrid::new(lobes(samples, options), samples, &starts(options), options.seed)
+    let fit = lobes(samples, options, options.objective.into());
+    Hybrid::new(fit, samples, &starts(options), options.seed)
 }
 
 #[cfg(test)]

@@ -54,7 +54,7 @@ fn searched(positions: &[[f64; 3]]) -> (Spread, KnownView, MeasuredTarget) {
     let views = positions.iter().map(|position| Ok(photographed(&scene(*position))));
     let (pictures, target) = Pictures::gather(views).unwrap();
     let options =
-        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, start: Vec::new() };
+        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, ..Options::default() };
     // As with real materials, no model is exact.
     let others = |kind: &ModelKind| *kind != ModelKind::CookTorrance;
     let kinds = default_kinds().into_iter().filter(others).collect();
@@ -104,7 +104,7 @@ fn position(scene: &Scene) -> [f64; 3] {
 fn spread_is_deterministic_and_of_models_alone() {
     let samples = Samples::of(&*plastic().brdf(), draw_pairs(300, 1));
     let search = |strategy| {
-        let options = Options { strategy, seed: 1, is_mirrored: true, start: Vec::new() };
+        let options = Options { strategy, seed: 1, is_mirrored: true, ..Options::default() };
         let mut search =
             Search::with_kinds(&samples, &options, vec![ModelKind::Lambert, ModelKind::Ward]);
         search.step();
@@ -114,7 +114,8 @@ fn spread_is_deterministic_and_of_models_alone() {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     assert_eq!(one.posterior(8), pool.install(|| search(Strategy::Analytic).posterior(8)));
     assert_eq!(one.posterior(8).unwrap().genomes.len(), 8);
-    let options = Options { strategy: Strategy::Gp, seed: 1, is_mirrored: true, start: Vec::new() };
+    let options =
+        Options { strategy: Strategy::Gp, seed: 1, is_mirrored: true, ..Options::default() };
     assert!(Spread::of(&Search::new(&samples, &options)).is_none());
 }
 

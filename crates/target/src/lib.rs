@@ -20,6 +20,7 @@
 //! # Ok::<(), brood_target::TargetError>(())
 //! ```
 
+mod as_measured;
 mod bundle;
 mod draw;
 mod file;
@@ -32,6 +33,7 @@ mod reflected;
 mod samples;
 mod strategy;
 
+pub use as_measured::AsMeasured;
 pub use bundle::{BundleError, BundledView, PictureBundle};
 pub use draw::{draw_pairs, grazing_pairs, narrow_pairs, pair_of_half};
 pub use file::{MeasuredFile, TargetFile, TargetFileError, TargetKind, UnknownKind};
@@ -40,7 +42,9 @@ pub use image::{
 };
 pub use known::{KnownView, Pictures, PicturesError, ViewError, ViewSetup};
 pub use means::{LightMeans, MeanValue, PixelRadiance};
-pub use measured::{AsMeasured, MeasuredTarget, TargetError};
+pub use measured::{MeasuredTarget, TargetError};
 pub use reflected::Reflected;
 pub use samples::{LowerBound, Samples};
-pub use strategy::{FewPixels, Strategy, UnknownStrategy};
+pub use strategy::{
+    FewPixels, NoObjective, Objective, Strategy, UnknownObjective, UnknownStrategy,
+};

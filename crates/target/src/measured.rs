@@ -11,7 +11,7 @@ use brood_genome::RANGE;
 use glam::DVec3;
 
 use crate::draw::from_half;
-use crate::{Reflected, Samples, draw_pairs};
+use crate::{AsMeasured, Reflected, Samples, draw_pairs};
 
 /// Number of pairs drawn for the fitted samples of a material that is defined everywhere.
 const FITTED: usize = 4096;
@@ -32,10 +32,6 @@ const STREAMS: (u64, u64) = (1, 2);
 /// Step from one sample of a slice to the next in shuffled order: a prime that does not divide
 /// their number, so that every sample is visited once.
 const STRIDE: usize = 1009;
-/// Points of the scan for the reciprocal f that is closest to two measured ones, and number of
-/// times that the interval around the best is cut to two thirds.
-const SCAN: u32 = 8;
-const THIRDS: u32 = 20;
 /// Least cosine between each direction of a pair and the normal; also that of drawn pairs.
 const LEAST_COSINE: f64 = 0.01;
 
@@ -46,80 +42,11 @@ pub struct MeasuredTarget {
     pub fitted: Samples,
     /// Held-out samples, on which errors are reported.
     pub held: Samples,
-    /// f as measured, where samples are means of both orders of directions. `None` unless the
-    /// material is defined everywhere.
+    /// f as measured in both orders of directions. `None` if no pair was measured in both.
     pub measured: Option<AsMeasured>,
     /// Largest directional albedo: share of the light from one direction that is reflected. `None`
     /// unless the material is defined everywhere.
     pub reflected: Option<Reflected>,
-}
-
-/// The held-out samples as they were measured, in both orders: before and after the exchange of
-/// light and eye.
-#[derive(Debug, Clone)]
-pub struct AsMeasured {
-    /// f in the order of the pair, and with light and eye exchanged.
-    values: Vec<[[f64; 3]; 2]>,
-    /// Least error (E_log) of a reciprocal material on these samples, both orders.
-    pub floor: f64,
-}
-
-impl AsMeasured {
-    fn of(brdf: &dyn Brdf, pairs: &[DirectionPair]) -> Self {
-        let f = |pair: &DirectionPair| brdf.f(pair).to_array().map(|f| f.max(0.0));
-        let both = |pair: &DirectionPair| [f(pair), f(&pair.swapped())];
-        let values: Vec<[[f64; 3]; 2]> = pairs.iter().map(both).collect();
-        let squares = pairs.iter().zip(&values).map(|(pair, [one, other])| -> f64 {
-            let channel =
-                |c: usize| least_squares([(one[c], pair.cos_i()), (other[c], pair.cos_o())]);
-            (0..3).map(channel).sum()
-        });
-        let floor = (squares.sum::<f64>() / (6.0 * pairs.len().max(1) as f64)).sqrt();
-        Self { values, floor }
-    }
-
-    /// Returns the samples of both orders; `pairs` are those of the held-out samples.
-    #[must_use]
-    pub fn samples(&self, pairs: &[DirectionPair]) -> Samples {
-        let both = pairs
-            .iter()
-            .zip(&self.values)
-            .flat_map(|(pair, values)| [(*pair, values[0]), (pair.swapped(), values[1])]);
-        let (pairs, values) = both.unzip();
-        Samples::new(pairs, values)
-    }
-}
-
-/// Least sum of squared differences of ln(1 + f cos) that one f has from two measured ones, each
-/// with its cosine.
-fn least_squares(measured: [(f64, f64); 2]) -> f64 {
-    let [(one, _), (other, _)] = measured;
-    if one == other {
-        return 0.0;
-    }
-    let error = |f: f64| -> f64 {
-        let difference = |(g, cos): (f64, f64)| libm::log1p(g * cos) - libm::log1p(f * cos);
-        measured.map(difference).iter().map(|difference| difference * difference).sum()
-    };
-    // The least error is between the two. It is searched for on a scale on which equal cosines give
-    // a parabola; the scan finds the lowest of several minima.
-    let mean_cos = (measured[0].1 * measured[1].1).sqrt();
-    let [low, high] = [one.min(other), one.max(other)].map(|f| libm::log1p(f * mean_cos));
-    let at = |place: f64| error(libm::expm1(low + (high - low) * place) / mean_cos);
-    let steps = f64::from(SCAN);
-    let lowest = (0..=SCAN).map(f64::from).min_by(|a, b| at(a / steps).total_cmp(&at(b / steps)));
-    let lowest = lowest.expect("the scan has points");
-    let [mut from, mut to] =
-        [lowest - 1.0, lowest + 1.0].map(|step| (step / steps).clamp(0.0, 1.0));
-    for _ in 0..THIRDS {
-        let third = (to - from) / 3.0;
-        if at(from + third) < at(to - third) {
-            to -= third;
-        } else {
-            from += third;
-        }
-    }
-    at(f64::midpoint(from, to))
 }
 
 /// Error of using measurements as a target.
@@ -146,7 +73,7 @@ impl MeasuredTarget {
     /// aside), and results are at most [`RANGE`].
     pub const LARGEST: f64 = (RANGE as f64) * (RANGE as f64);
 
-    /// Least error (E_log) of a reciprocal material on f as measured, see [`AsMeasured`].
+    /// Least error (E_log) of a reciprocal material on f as measured; see [`AsMeasured::floor`].
     #[must_use]
     pub fn floor(&self) -> Option<f64> {
         self.measured.as_ref().map(|measured| measured.floor)
@@ -160,7 +87,7 @@ impl MeasuredTarget {
     pub fn of(brdf: &dyn Brdf) -> Result<Self, TargetError> {
         let fitted = Samples::of(brdf, draw_pairs(FITTED, STREAMS.0));
         let held = Samples::of(brdf, draw_pairs(HELD, STREAMS.1));
-        let measured = Some(AsMeasured::of(brdf, held.pairs()));
+        let measured = Some(AsMeasured::everywhere(brdf, held.pairs()));
         let reflected = Some(Reflected::most(brdf));
         Self { fitted, held, measured, reflected }.checked()
     }
@@ -196,7 +123,9 @@ impl MeasuredTarget {
         let rows = samples.rows().iter().filter(|(pair, _)| is_above(pair));
         let of = |(pair, f): &(DirectionPair, DVec3)| (*pair, f.to_array().map(|f| f.max(0.0)));
         let (pairs, values) = rows.map(of).unzip();
-        Self::split(&Samples::new(pairs, values))
+        let samples = Samples::new(pairs, values);
+        let measured = AsMeasured::given(&samples);
+        Ok(Self { measured, ..Self::split(&samples)? })
     }
 
     /// Makes the target of the usable pixels of pictures; an even selection if there are more than
@@ -268,60 +197,6 @@ mod tests {
     fn rows(count: usize, f: f64) -> brood_brdf::MeasuredSamples {
         let rows = draw_pairs(count, 9).into_iter().map(|pair| (pair, DVec3::splat(f))).collect();
         brood_brdf::MeasuredSamples::new(rows).unwrap()
-    }
-
-    #[test]
-    fn floor_is_zero_only_for_reciprocal_materials() {
-        let target = MeasuredTarget::of(&*Model::new(ModelKind::Conductor).brdf()).unwrap();
-        assert_eq!((target.fitted.len(), target.held.len()), (FITTED, HELD));
-        assert!(target.floor().is_some_and(|floor| floor < 1e-12));
-        let phong = MeasuredTarget::of(&*Model::new(ModelKind::Phong).brdf()).unwrap();
-        assert!(phong.floor().is_some_and(|floor| floor > 1e-3), "{:?}", phong.floor());
-    }
-
-    /// The samples that are fitted are reciprocal, so their error is 0, below the floor. On f as
-    /// measured, in both orders, the same material is at least as far away as the floor.
-    #[test]
-    fn floor_is_below_the_error_of_reciprocal_materials_on_the_same_samples() {
-        let phong = Model::new(ModelKind::Phong);
-        let target = MeasuredTarget::of(&*phong.brdf()).unwrap();
-        let measured = target.measured.as_ref().unwrap();
-        let samples = measured.samples(target.held.pairs());
-        assert_eq!(samples.len(), 2 * HELD);
-        let error = |found: &dyn Fn(usize) -> [f64; 3]| {
-            let found = (0..samples.len()).map(found).collect();
-            let found = Samples::new(samples.pairs().to_vec(), found);
-            crate::metric::e_log(&samples.weighted(), &found.weighted())
-        };
-        let exact = error(&|at| phong.brdf().f(&samples.pairs()[at]).to_array());
-        assert!(exact < 1e-12, "{exact}");
-        let mean = error(&|at| target.held.values()[at / 2]);
-        let darker = error(&|at| target.held.values()[at / 2].map(|f| 0.9 * f));
-        assert!(measured.floor <= mean && mean < 3.0 * measured.floor, "{mean} {}", measured.floor);
-        assert!(darker > measured.floor, "{darker} {}", measured.floor);
-    }
-
-    #[test]
-    fn least_squares_is_the_minimum_of_a_fine_scan() {
-        for measured in [
-            [(0.5, 0.3), (0.5, 0.9)],
-            [(0.0, 0.3), (2.0, 0.9)],
-            [(900.0, 0.02), (0.1, 1.0)],
-            [(1e4, 1.0), (1e-3, 0.01)],
-            [(3.0, 0.5), (5.0, 0.5)],
-        ] {
-            let error = |f: f64| -> f64 {
-                let of = |(g, cos): (f64, f64)| (g * cos).ln_1p() - (f * cos).ln_1p();
-                measured.map(of).iter().map(|difference| difference * difference).sum()
-            };
-            let [low, high] = [measured[0].0.min(measured[1].0), measured[0].0.max(measured[1].0)];
-            let at = |step: u32| {
-                (low.ln_1p() + (high.ln_1p() - low.ln_1p()) * f64::from(step) / 1e4).exp_m1()
-            };
-            let scanned = (0..=10_000).map(at).map(error).fold(f64::INFINITY, f64::min);
-            let found = least_squares(measured);
-            assert!((found - scanned).abs() < 1e-6, "{measured:?} {found} {scanned}");
-        }
     }
 
     #[test]

@@ -67,6 +67,54 @@ impl Strategy {
     };
 }
 
+brood_brdf::named_enum! {
+    /// Error that fits of lobes minimise; the name is that in requests and on the command line.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+    pub enum Objective {
+        /// E_log, with differences of dark values added: E_log alone does not separate a dark body
+        /// below a bright highlight from a black one, and pictures do.
+        #[default]
+        Seen => "seen",
+        /// E_log alone.
+        ELog => "e_log",
+    }
+}
+
+impl Strategy {
+    /// Checks the objective of a search. Only lobes can minimise [`Objective::Seen`], which is
+    /// their default; the other strategies minimise E_log.
+    ///
+    /// # Errors
+    /// Returns [`NoObjective`] if the strategy cannot minimise it.
+    pub fn objective(self, asked: Option<Objective>) -> Result<Objective, NoObjective> {
+        let has_lobes = matches!(self, Self::Lobes | Self::Hybrid);
+        match asked {
+            Some(Objective::Seen) if !has_lobes => Err(NoObjective(self)),
+            Some(objective) => Ok(objective),
+            None if has_lobes => Ok(Objective::Seen),
+            None => Ok(Objective::ELog),
+        }
+    }
+}
+
+impl FromStr for Objective {
+    type Err = UnknownObjective;
+
+    fn from_str(text: &str) -> Result<Self, UnknownObjective> {
+        Self::from_name(text).ok_or(UnknownObjective)
+    }
+}
+
+/// Error for a name that no objective has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("unknown objective; use {}", Objective::ALL.map(Objective::name).join(" or "))]
+pub struct UnknownObjective;
+
+/// Error for an objective that the strategy cannot minimise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the strategy {0} minimises e_log; the objective seen needs the strategy lobes or hybrid")]
+pub struct NoObjective(pub Strategy);
+
 impl fmt::Display for Strategy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
@@ -98,5 +146,27 @@ impl FromStr for Strategy {
 
     fn from_str(text: &str) -> Result<Self, UnknownStrategy> {
         Self::from_name(text).ok_or(UnknownStrategy)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_lobes_minimise_what_is_seen() {
+        for strategy in Strategy::ALL {
+            let has_lobes = matches!(strategy, Strategy::Lobes | Strategy::Hybrid);
+            let own = if has_lobes { Objective::Seen } else { Objective::ELog };
+            assert_eq!(strategy.objective(None), Ok(own), "{strategy}");
+            assert_eq!(strategy.objective(Some(Objective::ELog)), Ok(Objective::ELog));
+            assert_eq!(strategy.objective(Some(Objective::Seen)).is_ok(), has_lobes);
+        }
+        let error = Strategy::Gp.objective(Some(Objective::Seen)).unwrap_err().to_string();
+        assert!(error.contains("gp minimises e_log"), "{error}");
+        assert_eq!(
+            "elog".parse::<Objective>().unwrap_err().to_string(),
+            "unknown objective; use seen or e_log"
+        );
     }
 }

@@ -40,6 +40,7 @@ def start_search(
     generations: int | None = None,
     evaluations: int | None = None,
     strategy: str | None = None,
+    objective: str | None = None,
     seed: int | None = None,
     threads: int | None = None,
     target_error: float | None = None,
@@ -57,6 +58,8 @@ def start_search(
         evaluations: Budget of evaluated candidates.
         strategy: `auto`, `lobes`, `analytic`, `gp` or `hybrid`; `auto`, the default, is
             `analytic` for pictures and `hybrid` for measurements.
+        objective: What lobes minimise: `seen`, the default of `lobes` and `hybrid`, is E_log with
+            differences of dark values added; `e_log` is E_log alone.
         seed: Seed, 0 to 2^64 - 1; by default 1.
         threads: Number of threads, 1 to 256; by default all of the worker.
         target_error: E_log on the validation samples at which the search ends early.
@@ -72,6 +75,7 @@ def start_search(
         generations=generations,
         evaluations=evaluations,
         strategy=strategy,
+        objective=objective,
         seed=seed,
         threads=threads,
         target_error=target_error,
@@ -329,6 +333,7 @@ class Search(Record):
         best: Best material so far.
         fitted: E_log of the best candidate on the samples it is fitted to.
         held: E_log of the best candidate on the validation samples.
+        objective: `seen` or `e_log`; None in searches of earlier versions.
         reason: Reason of a failure.
         population: Hash of the search's state.
         target_error: E_log at which it ends early.
@@ -357,6 +362,7 @@ class Search(Record):
     best: FoundMaterial | None = None
     fitted: float | None = None
     held: float | None = None
+    objective: str | None = None
     reason: str | None = None
     population: str | None = field(default=None, repr=False)
     target_error: float | None = None

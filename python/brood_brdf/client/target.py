@@ -160,7 +160,8 @@ class Target(Record):
         largest_f: Largest fitted reflectance f, per steradian.
         created_ms: Creation time, in milliseconds since 1970-01-01 UTC.
         largest_albedo: Largest directional albedo and its angle; None if not known.
-        reciprocal_floor: Least E_log of a reciprocal material; None if not known.
+        reciprocal_floor: Least E_log of a reciprocal isotropic material on f as measured;
+            None if no pair was measured in both orders or repeated.
         views: Images as JSON, in the order of the upload.
     """
 

@@ -16,6 +16,7 @@ use brood_protocol::{
 };
 use brood_scene::Scene;
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
+use brood_target::Objective;
 
 use super::kind::{JobKind, Jobs, LeaseOf, PendingGrant};
 use super::lease::{lease_ms, renew_lease, shortened, stale};
@@ -327,12 +328,15 @@ impl Searches {
 fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, WireError> {
     let options = claimed.options;
     let start = decode_stored(&claimed.start)?;
+    // Searches of earlier versions have none.
+    let objective = options.objective.unwrap_or_else(|| Objective::default().name().to_owned());
     Ok(SearchGrant {
         ticket,
         ttl_ms: lease_ms(),
         target_kind: claimed.target_kind,
         target_hash: claimed.target_hash,
         strategy: options.strategy,
+        objective,
         seed: options.seed.0,
         is_mirrored: options.mirrored,
         start,

@@ -83,8 +83,9 @@ function About({ of }) {
       <dl>
         ${!to && searchStore.targetRead.value && html`<${Fact} name="target" value="deleted" />`}
         ${to && html`<${Fact} name="target" value=${nameOfTarget(to)} /><${Fact} name="kind" value=${kindInWords(to.kind)} /><${Fact} name="samples" value=${`${to.fitted_samples.toLocaleString("en")} fitted, ${to.held_out_samples.toLocaleString("en")} held out`} />`}
-        ${typeof to?.reciprocal_floor === "number" && html`<${Fact} name="reciprocal floor" value=${errorInWords(to.reciprocal_floor)} title="Least error of a reciprocal material on the measurement in both orders of light and eye; the errors here are measured on the mean of both" />`}
+        ${typeof to?.reciprocal_floor === "number" && html`<${Fact} name="reciprocal floor" value=${errorInWords(to.reciprocal_floor)} title="Least error of a reciprocal material on the measurement as it is; where all directions were measured, the errors here are measured on the mean of both orders of light and eye" />`}
         <${Fact} name="strategy" value=${of.strategy} />
+        ${of.objective && html`<${Fact} name="objective" value=${of.objective} title="Error that the search minimises" />`}
         <${Fact} name="budget" value=${budgetInWords(of.budget)} />
         <${Fact} name="seed" value=${of.seed} />
         <${Fact} name="threads" value=${of.threads ?? "all"} />

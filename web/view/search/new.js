@@ -2,7 +2,7 @@
 import { lineageStore } from "../../lineage/store.js";
 import { clearProblems } from "../../page/problem.js";
 import {
-  STRATEGIES, centreAsStart, dialectMismatch, placeholderName, startSearch, updateDraft,
+  OBJECTIVES, STRATEGIES, hasObjective, centreAsStart, dialectMismatch, placeholderName, startSearch, updateDraft,
 } from "../../search/draft.js";
 import { searchStore } from "../../search/store.js";
 import { counted, duration, nameOfTarget } from "../../search/words.js";
@@ -58,6 +58,16 @@ const Strategy = () => html`
   </label>
 `;
 
+const Objective = () => html`
+  <label class="entry" title="The error that fits of lobes minimise">
+    <span>objective</span>
+    <select data-testid="search-objective" value=${searchStore.draft.value.objective} aria-invalid=${searchStore.wrongField.value === "objective"} onChange=${(/** @type {Event} */ event) => updateDraft({ objective: typed(event) })}>
+      <option value="" selected=${searchStore.draft.value.objective === ""}>the strategy's own</option>
+      ${OBJECTIVES.map(({ name, words }) => html`<option key=${name} value=${name} selected=${searchStore.draft.value.objective === name}>${name}: ${words}</option>`)}
+    </select>
+  </label>
+`;
+
 /** Lineage of the results, and the individual to start from. */
 function Where() {
   const { into, start, strategy } = searchStore.draft.value;
@@ -87,6 +97,7 @@ const How = () => html`
     <h3 id="how-title">How to search</h3>
     <${Budget} />
     <${Strategy} />
+    ${hasObjective(searchStore.draft.value.strategy) && html`<${Objective} />`}
     <${Field} id="seed" name="seed" placeholder="1" words="the same seed gives the same results" />
     <${Field} id="threads" name="threads" placeholder="all" words="affects speed only" />
     <div class="entry"><span>symmetry</span>

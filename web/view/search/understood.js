@@ -113,7 +113,7 @@ const Measured = ({ of }) => html`
 /** Explanation of the reciprocal floor. @param {Target} of */
 const floorInWords = (of) => (typeof of.reciprocal_floor !== "number"
   ? "No pair of directions was measured both ways, so the error that a reciprocal material can reach is unknown."
-  : "The reciprocal floor is the least error of a reciprocal material on the measurement in both orders of light and eye. Results are measured on the mean of both orders, where their error can be lower.");
+  : "The reciprocal floor is the least error of a reciprocal material on the measurement as it is. Where all directions were measured, results are compared with the mean of both orders of light and eye, and their error can be lower.");
 
 /** Id of the target that was scrolled to last. */
 let shown = "";
@@ -144,7 +144,7 @@ export function Understood({ of }) {
         ${of.skipped_samples > 0 && html`<${Fact} name="skipped" value=${of.skipped_samples.toLocaleString("en")} title="Negative, or not finite, or below the horizon" />`}
         <${Fact} name="largest f" value=${`${amount(of.largest_f)} per sr`} />
         ${views.length === 0 && html`<${Fact} name="reciprocal floor" value=${typeof of.reciprocal_floor === "number" ? amount(of.reciprocal_floor) : "unknown"}
-          title="Least error of a reciprocal material on the measurement in both orders of light and eye" />`}
+          title="Least error of a reciprocal material on the measurement as it is: pairs of directions that were measured in both orders differ" />`}
         ${of.largest_albedo && html`<${Fact} name="largest albedo" value=${`${amount(of.largest_albedo.albedo)} at ${of.largest_albedo.theta_deg}°`}
           title="Largest share of the light from one direction that is reflected" />`}
       </dl>

@@ -4,7 +4,7 @@ use anyhow::Result;
 use brood_eval::express;
 use brood_inspect::{Inspection, inspect};
 use brood_search::Found;
-use brood_target::{MeasuredTarget, Reflected, Samples, narrow_pairs};
+use brood_target::{AsMeasured, MeasuredTarget, Reflected, Samples, narrow_pairs};
 use serde_json::{Value, json};
 
 /// Number of pairs checked for spikes.
@@ -16,7 +16,7 @@ pub struct Report<'a> {
     target: &'a MeasuredTarget,
     kind: &'static str,
     inspection: Inspection,
-    /// E_log on the held-out samples as measured.
+    /// E_log on the samples as measured.
     as_measured: Option<f64>,
     /// Largest f among directions where samples are sparse.
     spike: f64,
@@ -47,6 +47,7 @@ impl<'a> Report<'a> {
                 "held_out_samples": target.held.observations(),
                 "largest_f": self.largest(),
                 "reciprocal_floor": target.floor(),
+                "repeated_samples": target.measured.as_ref().map(|measured| measured.repeated),
                 "largest_albedo": target.reflected.map(|most| json!({"albedo": most.albedo, "theta_deg": most.theta_deg})),
             },
             "search": run,
@@ -68,11 +69,12 @@ impl<'a> Report<'a> {
     pub fn text(&self) -> String {
         let Self { found, target, inspection, .. } = self;
         let physics = &inspection.physics;
-        let floor = target.floor().zip(self.as_measured);
-        let floor = floor.map_or_else(String::new, |(floor, error)| {
+        let floor = target.measured.as_ref().zip(self.as_measured);
+        let floor = floor.map_or_else(String::new, |(AsMeasured { samples, repeated, floor }, error)| {
             format!(
-                "E_log {error:.5} on held-out samples as measured, before light and eye are averaged; no reciprocal material is below \
-                 {floor:.5} there\n"
+                "E_log {error:.5} on {} samples as measured, {repeated} of them in both orders of light and eye or repeated; no \
+                 reciprocal isotropic material is below {floor:.5} there\n",
+                samples.len(),
             )
         });
         let too_much = target.reflected.filter(|most| most.is_too_much());

@@ -57,7 +57,8 @@ impl Method for Analytic {
         let more_probable =
             |a: usize, b: usize| if front[b].evidence <= front[a].evidence { b } else { a };
         let best = (0..front.len()).reduce(more_probable)?;
-        Some(Outcome { front: front.into_iter().map(candidate).collect(), best })
+        let front = front.into_iter().map(candidate).collect();
+        Some(Outcome { front, best, is_settled: true })
     }
 
     fn save(&self) -> Vec<u8> {

@@ -14,7 +14,7 @@ const ORDER: usize = 16;
 const STEP: usize = 2;
 
 /// Nodes of the quadratures of directional albedos.
-pub(super) struct Albedos {
+pub(crate) struct Albedos {
     set: SampleSet,
     /// Quadrature weight of each sample.
     weights: Vec<f64>,
@@ -23,7 +23,7 @@ pub(super) struct Albedos {
 }
 
 impl Albedos {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let rule = LobeRule::new(ORDER);
         let mut pairs: Vec<DirectionPair> = Vec::new();
         let (mut weights, mut ends) = (Vec::new(), Vec::new());
@@ -42,7 +42,7 @@ impl Albedos {
     ///
     /// # Shapes
     /// One for each program, in their order.
-    pub(super) fn divisors(&self, programs: &[&Program]) -> Vec<f64> {
+    pub(crate) fn divisors(&self, programs: &[&Program]) -> Vec<f64> {
         let mut f = Vec::new();
         CanonicalEvaluator::default()
             .eval(programs, &self.set, &mut f)

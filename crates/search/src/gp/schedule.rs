@@ -204,6 +204,10 @@ impl Method for Gp {
         self.best.as_ref().map(|best| candidate(&best.member, best.fitted, best.held))
     }
 
+    fn result(&self) -> Option<Candidate> {
+        Method::best(self)
+    }
+
     fn finish(&self, _: &mut HasTime<'_>) -> Option<Outcome> {
         let best = self.best.as_ref()?;
         let mut members: Vec<&Member> = self.front.members.iter().rev().collect();
@@ -215,7 +219,7 @@ impl Method for Gp {
         let index = members.iter().position(is_best).expect("the best was inserted");
         let of = |member| candidate(member, self.fitted(member), self.held(member));
         let front: Vec<Candidate> = members.into_iter().map(of).collect();
-        Some(Outcome { front, best: index })
+        Some(Outcome { front, best: index, is_settled: false })
     }
 
     fn save(&self) -> Vec<u8> {

@@ -14,7 +14,7 @@ use crate::test_material::Shining;
 
 fn lobes(shape: &Shape, seed: u64) -> Lobes {
     let brdf = Model::new(ModelKind::Conductor).brdf();
-    let points = points(&Samples::of(&*brdf, draw_pairs(700, seed)), shape);
+    let points = points(&Samples::of(&*brdf, draw_pairs(700, seed)), shape, Terms::ALL);
     start(shape, &points, &mut Stream::new(BirthKey { seed, slot: 0, attempt: 0 }, Operator::Lobes))
 }
 
@@ -80,7 +80,7 @@ fn gradient_matches_differences_of_the_penalty() {
 #[test]
 fn fit_conserves_energy_when_the_target_does_not() {
     let samples = Samples::of(&Shining, draw_pairs(1000, 1));
-    let mut fit = Fit::new(&samples, vec![Shape::new(2, 3, true)], 1);
+    let mut fit = Fit::new(&samples, vec![Shape::new(2, 3, true)], Terms::ALL, 1);
     fit.step();
     fit.step();
     for fitted in fit.refine(fit.front(), &mut || true).iter().take(5) {

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::block::{Point, points};
 use super::known::{BoundEstimator, Place};
+use super::terms::Terms;
 
 /// Number of points at which every fit is bounded, from above and below.
 const COUNT: usize = 1024;
@@ -54,6 +55,11 @@ impl Bounds {
         Self::new(known, close_pairs(POOL, seed.wrapping_add(1 << 32)))
     }
 
+    /// No bounds.
+    pub(super) fn none() -> Self {
+        Self { pairs: Vec::new(), values: Vec::new(), floor: FLOOR }
+    }
+
     /// Ceiling: many more points, bounded by the largest sample.
     pub(super) fn of_ceiling(largest: f64, seed: u64) -> Self {
         let pairs = close_pairs(CEILING, seed.wrapping_add(2 << 32));
@@ -87,7 +93,7 @@ impl Bounds {
         sides: impl Fn([Option<[f64; 3]>; 2]) -> [Option<[f64; 3]>; 2],
     ) -> Vec<Point> {
         let values = vec![[0.0; 3]; self.pairs.len()];
-        let unbounded = points(&Samples::new(self.pairs.clone(), values), shape);
+        let unbounded = points(&Samples::new(self.pairs.clone(), values), shape, Terms::BOUNDED);
         let bounded = |(point, bounds): (Point, &[Option<[f64; 3]>; 2])| {
             let weight = f64::from(point.weight).max(self.floor);
             let of = |side: f32, bound: [f64; 3]| Point {

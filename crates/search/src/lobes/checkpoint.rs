@@ -47,6 +47,11 @@ impl Method for Fit {
         Self::best(self).map(|lobes| candidate(lobes, fitted, held))
     }
 
+    fn result(&self) -> Option<Candidate> {
+        let refined = self.refine(self.front().take(1), &mut || false);
+        refined.into_iter().next().map(|of| candidate(&of.lobes, of.fitted, of.held))
+    }
+
     fn finish(&self, has_time: &mut HasTime<'_>) -> Option<Outcome> {
         outcome(self.refine(self.front(), has_time))
     }

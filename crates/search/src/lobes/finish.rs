@@ -58,7 +58,7 @@ impl Fit {
             let mut fit = Solution::of(fitted.lobes, whole);
             fit.refine(whole, STEPS);
             let lobes = pool.enforce(fit, whole).point;
-            let is_below = pool.is_below(&lobes) && pool.albedos().largest(&lobes) <= 1.0;
+            let is_below = pool.is_below(&lobes) && !pool.exceeds_albedo(&lobes, 1.0);
             (Fitted { lobes, ..fitted }, is_below)
         };
         let mut found: Vec<(Fitted, bool)> = front.next().map(&refined).into_iter().collect();

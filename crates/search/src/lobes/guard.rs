@@ -9,6 +9,7 @@ use super::batch::Batch;
 use super::block::Point;
 use super::bounds::Bounds;
 use super::normal_equations::excesses;
+use super::terms::Terms;
 use crate::levenberg_marquardt::Solution;
 
 /// Adds up to `WORST` violating points per round, for up to `ROUNDS` rounds of `STEPS` steps.
@@ -32,24 +33,41 @@ pub(super) struct Pool {
     ceiling_start: usize,
     /// Number of steps per round.
     steps: usize,
+    terms: Terms,
 }
 
 impl Pool {
-    pub(super) fn new(bounds: &Bounds, shape: &Shape) -> Self {
+    pub(super) fn new(bounds: &Bounds, shape: &Shape, terms: Terms) -> Self {
         let points = bounds.above(shape);
-        let count = points.len();
-        Self::of(points, count, STEPS, Arc::new(Albedos::new(shape)))
+        Self {
+            batch: Batch::new(points.iter()),
+            albedos: Arc::new(Albedos::new(shape)),
+            ceiling_start: points.len(),
+            steps: STEPS,
+            points,
+            terms,
+        }
     }
 
-    fn of(points: Vec<Point>, ceiling_start: usize, steps: usize, albedos: Arc<Albedos>) -> Self {
-        Self { batch: Batch::new(points.iter()), points, albedos, ceiling_start, steps }
-    }
-
-    /// Copy with the ceiling points added.
+    /// Copy with the ceiling points added, unless there are no bounds.
     pub(super) fn with_ceiling(&self, shape: &Shape, largest: f64, seed: u64) -> Self {
+        let ceiling = Bounds::of_ceiling(largest, seed);
+        let ceiling = if self.terms.bounds { ceiling } else { Bounds::none() };
         let mut points = self.points.clone();
-        points.extend(Bounds::of_ceiling(largest, seed).above(shape));
-        Self::of(points, self.points.len(), LAST_STEPS, self.albedos.clone())
+        points.extend(ceiling.above(shape));
+        Self {
+            batch: Batch::new(points.iter()),
+            albedos: self.albedos.clone(),
+            ceiling_start: self.points.len(),
+            steps: LAST_STEPS,
+            points,
+            terms: self.terms,
+        }
+    }
+
+    /// True if an albedo of the fit exceeds `most`, and albedos are limited.
+    pub(super) fn exceeds_albedo(&self, lobes: &Lobes, most: f64) -> bool {
+        self.terms.albedo && self.albedos.largest(lobes) > most
     }
 
     /// Quadrature of the albedos.
@@ -75,7 +93,7 @@ impl Pool {
                 .map(|at| (at, excesses[at]))
                 .filter(|(at, excess)| *excess > TOLERATED && !held[*at])
                 .collect();
-            let is_over = self.albedos.largest(&fit.point) > TOLERATED_ALBEDO;
+            let is_over = self.exceeds_albedo(&fit.point, TOLERATED_ALBEDO);
             if over.is_empty() && !is_over {
                 break;
             }

@@ -12,6 +12,7 @@ use super::known::BoundEstimator;
 use super::normal_equations::e_log;
 use super::schedule::Problem;
 use super::seed::colour;
+use super::terms::Terms;
 use crate::levenberg_marquardt::Solution;
 
 /// Number of starts, and numbers of those that are refined further.
@@ -43,7 +44,7 @@ pub fn fit_restricted(samples: &Samples, how: &Restricted, seed: u64) -> (Vec<f6
     assert!(start.len() == shape.len() && spread.len() == shape.len());
     let known = BoundEstimator::new(samples);
     let bounds = [Bounds::of_fits(&known, seed), Bounds::of_pool(&known, seed)];
-    let mut problem = Problem::new(samples, shape.clone(), &bounds);
+    let mut problem = Problem::new(samples, shape.clone(), &bounds, Terms::ALL);
     let drawn = |slot: u32| {
         let key = BirthKey { seed, slot, attempt: 0 };
         let mut stream = Stream::new(key, Operator::Lobes);

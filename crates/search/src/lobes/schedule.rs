@@ -17,6 +17,7 @@ use super::guard::Pool;
 use super::known::BoundEstimator;
 use super::normal_equations::{e_log, error};
 use super::seed::start;
+use super::terms::Terms;
 use crate::levenberg_marquardt::Solution;
 use crate::method::is_held_back;
 use crate::{Probe, Progress};
@@ -86,14 +87,14 @@ pub(super) struct Kept {
 }
 
 impl Problem {
-    pub(super) fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2]) -> Self {
-        let points = points(samples, &shape);
+    pub(super) fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2], terms: Terms) -> Self {
+        let points = points(samples, &shape, terms);
         let of = |keep: bool| {
             let indices = (0..points.len()).filter(move |at| is_held_back(*at) != keep);
             indices.map(|at| &points[at]).collect::<Vec<_>>()
         };
         let (fitted, held) = (of(true), Batch::new(of(false).into_iter()));
-        let (mut guard, pool) = (bounds[0].points(&shape), Pool::new(&bounds[1], &shape));
+        let (mut guard, pool) = (bounds[0].points(&shape), Pool::new(&bounds[1], &shape, terms));
         guard.extend(lower_bounds(samples, &shape));
         let part: Vec<&Point> =
             fitted.iter().copied().step_by(4).chain(guard.iter().step_by(4)).collect();
@@ -107,14 +108,18 @@ impl Problem {
 }
 
 impl Fit {
-    /// Creates a fit at generation 0. Its results depend only on the samples, the shapes and the
-    /// seed.
+    /// Creates a fit at generation 0. Its results depend only on the samples, the shapes, the terms
+    /// and the seed.
     #[must_use]
-    pub fn new(samples: &Samples, shapes: Vec<Shape>, seed: u64) -> Self {
-        let known = BoundEstimator::new(samples);
-        let bounds = [Bounds::of_fits(&known, seed), Bounds::of_pool(&known, seed)];
-        let shapes: Vec<Problem> =
-            shapes.into_par_iter().map(|shape| Problem::new(samples, shape, &bounds)).collect();
+    pub fn new(samples: &Samples, shapes: Vec<Shape>, terms: Terms, seed: u64) -> Self {
+        let bounds = if terms.bounds {
+            let known = BoundEstimator::new(samples);
+            [Bounds::of_fits(&known, seed), Bounds::of_pool(&known, seed)]
+        } else {
+            [Bounds::none(), Bounds::none()]
+        };
+        let of = |shape| Problem::new(samples, shape, &bounds, terms);
+        let shapes: Vec<Problem> = shapes.into_par_iter().map(of).collect();
         let below = samples.lower_bounds().iter().flat_map(|bound| bound.f);
         let largest = below.fold(samples.largest(), f64::max);
         let (kept, has_albedo_penalty) = (Vec::new(), false);
@@ -192,7 +197,7 @@ impl Fit {
             let Problem { all, pool, .. } = &self.shapes[kept.problem];
             kept.fit = kept.fit.clone().on(all);
             kept.fit.refine(all, STEPS[2]);
-            self.has_albedo_penalty |= pool.albedos().largest(&kept.fit.point) > TOLERATED_ALBEDO;
+            self.has_albedo_penalty |= pool.exceeds_albedo(&kept.fit.point, TOLERATED_ALBEDO);
             kept.fit = pool.enforce(kept.fit.clone(), all);
             kept.held = error(&kept.fit.point, &self.shapes[kept.problem].held);
             self.evaluations += take(&mut kept.fit.evaluations);

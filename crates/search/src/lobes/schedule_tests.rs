@@ -17,7 +17,7 @@ fn metal() -> Box<dyn Brdf> {
 
 fn fit(generations: u32, seed: u64) -> Fit {
     let samples = Samples::of(&*metal(), draw_pairs(1000, 1));
-    let mut fit = Fit::new(&samples, shapes(), seed);
+    let mut fit = Fit::new(&samples, shapes(), Terms::ALL, seed);
     for _ in 0..generations {
         fit.step();
     }
@@ -29,7 +29,7 @@ fn shining(threads: usize) -> Lobes {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let samples = Samples::of(&Shining, draw_pairs(600, 1));
-        let mut fit = Fit::new(&samples, shapes(), 3);
+        let mut fit = Fit::new(&samples, shapes(), Terms::ALL, 3);
         for _ in 0..3 {
             fit.step();
         }

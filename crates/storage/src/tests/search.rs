@@ -34,6 +34,7 @@ async fn search(store: &Store, target: TargetId, lineage: LineageId) -> JobId {
     let options = SearchOptions {
         name: "paint".to_owned(),
         strategy: "lobes".to_owned(),
+        objective: Some("seen".to_owned()),
         seed: Seed(u64::MAX),
         threads: None,
         mirrored: true,

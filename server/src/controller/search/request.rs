@@ -7,7 +7,7 @@ use brood_protocol::{
 };
 use brood_scene::Scene;
 use brood_storage::{NewSearch, StorageError, StoredSearch};
-use brood_target::{Strategy, TargetKind};
+use brood_target::{Objective, Strategy, TargetKind};
 
 use crate::clock::now_ms;
 use crate::controller::check_length;
@@ -30,6 +30,8 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
     }
     let budget = budget(&asked)?;
     let requested = strategy(asked.strategy.as_deref().unwrap_or("auto"))?;
+    let objective = asked.objective.as_deref().map(str::parse::<Objective>).transpose();
+    let objective = objective.map_err(|error| refuse("/objective", error.to_string()))?;
     let threads = match asked.threads {
         Some(threads) if !(1..=limit::SEARCH_THREADS).contains(&threads) => {
             let words = format!("`threads` must be 1 to {}", limit::SEARCH_THREADS);
@@ -66,6 +68,8 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         Some(id) => Some(lineage(app, id, dialect).await?),
         None => None,
     };
+    let objective =
+        strategy.objective(objective).map_err(|error| refuse("/objective", error.to_string()))?;
     let created_ms = now_ms();
     let new_lineage = match given {
         Some(_) => None,
@@ -80,6 +84,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         options: SearchOptions {
             name,
             strategy: strategy.name().to_owned(),
+            objective: Some(objective.name().to_owned()),
             seed: asked.seed.unwrap_or(Seed(1)),
             threads,
             mirrored: asked.mirrored,

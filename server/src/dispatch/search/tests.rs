@@ -44,6 +44,7 @@ async fn search(app: &App, start: Vec<u8>) -> JobId {
         options: SearchOptions {
             name: "paint".to_owned(),
             strategy: "lobes".to_owned(),
+            objective: Some("seen".to_owned()),
             seed: Seed(1),
             threads: None,
             mirrored: true,
