@@ -307,9 +307,9 @@ export interface components {
             /** @description Display name, 1 to 200 characters. Default: the name of the target. */
             name?: string | null;
             /**
-             * @description What lobes minimise: `seen` or `e_log`. `seen` is E_log with differences of dark values added,
-             *     which pictures show; the strategies `lobes` and `hybrid` minimise it by default. `e_log` is
-             *     E_log alone, which the other strategies minimise.
+             * @description Error that lobes minimise: `seen` or `e_log`. `seen` is E_log with differences of dark
+             *     values added, which pictures show; the strategies `lobes` and `hybrid` minimise it by
+             *     default. `e_log` is E_log alone, which the other strategies minimise.
              */
             objective?: string | null;
             /**
@@ -2087,7 +2087,7 @@ export interface components {
             mirrored: boolean;
             /** @description Display name. */
             name: string;
-            /** @description What the search minimises: `seen` or `e_log`; null in searches of earlier versions. */
+            /** @description Error that the search minimises: `seen` or `e_log`; null in searches of earlier versions. */
             objective?: string | null;
             /** @description Seed of the search. */
             seed: components["schemas"]["Seed"];
@@ -2213,9 +2213,9 @@ export interface components {
             /**
              * Format: double
              * @description Lowest E_log of a reciprocal isotropic material on f as measured. Of measurements that cover
-             *     all directions: on the held-out samples in both orders of directions. Searches fit the mean of
-             *     both orders, so the errors of their results can be lower. Of given pairs: on all of them; null
-             *     if none is given in both orders or repeated.
+             *     all directions: on the held-out samples in both orders of directions. Searches fit the mean
+             *     of both orders, so the errors of their results can be lower. Of given pairs: on all of them;
+             *     null if none is given in both orders or repeated.
              */
             reciprocal_floor?: number | null;
             /**
