@@ -3,12 +3,12 @@
 Reads photographs that mitsuba_photographs.py made. A fit reads target.json, as `brood fit` does: pictures, stated scenes and the
 environment's image. It optimises the material and nothing of the scene: samples and their light are traced once, and the material
 alone is evaluated in each step. `principled` knows nothing of the material; `generating`
-knows its plugin and all that is not a number of PROPERTIES. All starts share one budget of wall time in ROUNDS, of which each goes
-on with the best of the one before.
+knows its plugin and all that is not a number of PROPERTIES. All starts share one budget of wall time in ROUNDS; each
+round continues with the best starts of the round before.
 
 The clock starts when scene and pictures are loaded, and stops when the material is chosen. It includes tracing and loading of
-kernels. `warm` makes some steps of each kind of fit, so that their kernels are in the cache on disk; a kernel that is not, is
-compiled on the clock. Writes one JSON object to stdout.
+kernels. `warm` makes some steps of each kind of fit, so that their kernels are in the cache on disk; the measured time includes
+compiling those that are not. Writes one JSON object to stdout.
 """
 
 import argparse
@@ -28,13 +28,13 @@ from mitsuba_against import read, scene_of  # noqa: E402, BSDF classes exist onl
 from mitsuba_photographs import display, render, write  # noqa: E402
 
 STARTS = 10
-# Of each round: the starts that take part, its share of the budget, the square root of samples per pixel, and Adam's first and
+# For each round: the number of starts, its share of the budget, the square root of samples per pixel, and Adam's first and
 # last rate. Faster ones end at the borders of the domain more often.
 ROUNDS = [(STARTS, 0.6, 1, 0.04, 0.01), (3, 0.2, 2, 0.03, 0.005), (1, 0.2, 3, 0.01, 0.0005)]
 # The same root, of the pictures that materials are compared by, and that show which pixels are at an edge.
 CHECK_SIDE = 4
 EDGE_SIDE = 4
-# Times of the last round at which the material is checked.
+# Number of checks of the material in the last round.
 CHECKS = 10
 # An environment is sampled in directions that stay: this number of each of PROPOSALS and of the environment's own, of pixels that
 # are squares of this size.
