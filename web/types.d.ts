@@ -2212,10 +2212,10 @@ export interface components {
             name: string;
             /**
              * Format: double
-             * @description Lowest E_log of a reciprocal isotropic material on f as measured. Of measurements that cover
-             *     all directions: on the held-out samples in both orders of directions. Searches fit the mean
-             *     of both orders, so the errors of their results can be lower. Of given pairs: on all of them;
-             *     null if none is given in both orders or repeated.
+             * @description Lowest E_log of a reciprocal isotropic material on f as measured: on the held-out samples in
+             *     both orders of light and eye if the measurement covers all directions, otherwise on all
+             *     given pairs. Null if no pair is given in both orders or repeated. Searches of measurements
+             *     that cover all directions fit the mean of both orders, so their errors can be lower.
              */
             reciprocal_floor?: number | null;
             /**

@@ -30,6 +30,7 @@ async fn search_ends_with_a_front_whose_best_can_be_bred() {
     assert_eq!((&job["state"], &job["progress"]), (&json!("succeeded"), &json!(1.0)), "{job}");
     assert_eq!((&job["generation"], &job["seed"]), (&json!(3), &json!(7)), "{job}");
     assert_eq!(job["budget"], json!({"generations": 3}));
+    assert_eq!(job["objective"], "seen");
     assert_eq!(text_of(&job["population"]).len(), 64);
     let best = &job["best"];
     assert!(best["e_log"].as_f64().unwrap() < 0.05, "{job}");

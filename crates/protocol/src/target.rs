@@ -121,10 +121,10 @@ pub struct Target {
     pub skipped_samples: u64,
     /// Largest fitted reflectance f, per steradian.
     pub largest_f: f64,
-    /// Lowest E_log of a reciprocal isotropic material on f as measured. Of measurements that cover
-    /// all directions: on the held-out samples in both orders of directions. Searches fit the mean
-    /// of both orders, so the errors of their results can be lower. Of given pairs: on all of them;
-    /// null if none is given in both orders or repeated.
+    /// Lowest E_log of a reciprocal isotropic material on f as measured: on the held-out samples in
+    /// both orders of light and eye if the measurement covers all directions, otherwise on all
+    /// given pairs. Null if no pair is given in both orders or repeated. Searches of measurements
+    /// that cover all directions fit the mean of both orders, so their errors can be lower.
     pub reciprocal_floor: Option<f64>,
     /// Largest directional albedo, for measurements that cover all directions. If it is above 1,
     /// found materials reflect less than the measurement.

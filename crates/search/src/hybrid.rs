@@ -61,6 +61,13 @@ impl Hybrid {
         Some(GpStage { lobes_front: None, gp })
     }
 
+    /// Best genetic program, if it is better than the best lobes.
+    fn better_program(&self) -> Option<Candidate> {
+        let best = self.gp.as_ref()?.gp.best()?;
+        let lobes = Method::progress(&self.lobes).ranking_error();
+        (best.ranking_error() < lobes).then_some(best)
+    }
+
     /// Refines the front of lobes on all samples.
     fn refined(
         &self,
@@ -132,19 +139,11 @@ impl Method for Hybrid {
     }
 
     fn best(&self) -> Option<Candidate> {
-        let lobes = Method::best(&self.lobes);
-        let Some(gp) = self.gp.as_ref().and_then(|stage| stage.gp.best()) else { return lobes };
-        let is_behind = |lobes: &Candidate| gp.ranking_error() < lobes.ranking_error();
-        if lobes.as_ref().is_none_or(is_behind) { Some(gp) } else { lobes }
+        self.better_program().or_else(|| Method::best(&self.lobes))
     }
 
     fn result(&self) -> Option<Candidate> {
-        let lobes = Method::best(&self.lobes)?;
-        let gp = self.gp.as_ref().and_then(|stage| stage.gp.best());
-        match gp {
-            Some(gp) if gp.ranking_error() < lobes.ranking_error() => Some(gp),
-            _ => Method::result(&self.lobes),
-        }
+        self.better_program().or_else(|| Method::result(&self.lobes))
     }
 
     fn next_step_cost(&self) -> f64 {

@@ -12,7 +12,7 @@ use crate::Samples;
 /// times that the interval around the best is cut to two thirds.
 const SCAN: u32 = 8;
 const THIRDS: u32 = 20;
-/// Given angles that are equal within this many radians are taken for the same.
+/// Resolution at which given angles are compared, in radians.
 const ANGLE_STEP: f64 = 1e-4;
 /// Half a turn in these steps.
 const HALF_TURN: i64 = 31_416;
@@ -90,8 +90,8 @@ fn floor(samples: &Samples, groups: impl Iterator<Item = Vec<usize>>) -> f64 {
     (squares.sum::<f64>() / (3.0 * samples.len().max(1) as f64)).sqrt()
 }
 
-/// Least sum of squared differences of ln(1 + f cos) that one f has from measured ones, each with
-/// its cosine.
+/// Least sum of squared differences of ln(1 + f cos) between one f and measured values of f, each
+/// with its cosine.
 fn least_squares(measured: &[(f64, f64)]) -> f64 {
     let all = || measured.iter().map(|(f, _)| *f);
     let (low, high) = (all().fold(f64::INFINITY, f64::min), all().fold(0.0, f64::max));

@@ -14,7 +14,6 @@ use super::Lobes;
 use super::block::{Block, blocks, points};
 use super::flux::Flux;
 use super::sweep::{Parameters, Sweep, Workspace};
-use super::terms::Terms;
 use crate::levenberg_marquardt::NormalEquations;
 
 /// Angles of the incident light, in degrees from the normal. The last ones divide the cosine by
@@ -131,7 +130,7 @@ fn nodes(rule: &LobeRule, angle: f64, is_mirrored: bool, shape: &Shape) -> Vec<B
     let (pairs, weights): (Vec<_>, Vec<f64>) = half.unzip();
     let whole = if is_mirrored { 2.0 } else { 1.0 };
     let values = vec![[0.0; 3]; pairs.len()];
-    let mut points = points(&Samples::new(pairs, values), shape, Terms::BOUNDED);
+    let mut points = points(&Samples::new(pairs, values), shape);
     for (point, weight) in points.iter_mut().zip(weights) {
         point.importance = (whole * weight) as f32;
     }

@@ -9,12 +9,13 @@ use brood_target::draw_pairs;
 
 use super::super::Fit;
 use super::super::seed::start;
+use super::super::terms::Terms;
 use super::*;
 use crate::test_material::Shining;
 
 fn lobes(shape: &Shape, seed: u64) -> Lobes {
     let brdf = Model::new(ModelKind::Conductor).brdf();
-    let points = points(&Samples::of(&*brdf, draw_pairs(700, seed)), shape, Terms::ALL);
+    let points = points(&Samples::of(&*brdf, draw_pairs(700, seed)), shape);
     start(shape, &points, &mut Stream::new(BirthKey { seed, slot: 0, attempt: 0 }, Operator::Lobes))
 }
 

@@ -6,8 +6,6 @@ use brood_genome::lobes::Shape;
 use brood_scene::SampleSet;
 use brood_target::Samples;
 
-use super::terms::Terms;
-
 /// Number of samples per block.
 pub(super) const LANES: usize = 256;
 
@@ -112,14 +110,13 @@ fn gain(weighted: &[[f64; 3]]) -> f64 {
 /// Points of the lower bounds of `samples`, each of weight 1.
 pub(super) fn lower_bounds(samples: &Samples, shape: &Shape) -> Vec<Point> {
     let (pairs, values) = samples.lower_bounds().iter().map(|bound| (bound.pair, bound.f)).unzip();
-    let points = points(&Samples::new(pairs, values), shape, Terms::BOUNDED);
+    let points = points(&Samples::new(pairs, values), shape);
     points.into_iter().map(|point| Point { share: 0.0, side: -1.0, ..point }).collect()
 }
 
-/// Points of the samples, with the inputs of a shape, each of weight 1. Without dark terms, the
-/// differences of ln(1 + f cos_i / m) have weight 0.
+/// Points of the samples, with the inputs of a shape, each of weight 1.
 #[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
-pub(super) fn points(samples: &Samples, shape: &Shape, terms: Terms) -> Vec<Point> {
+pub(super) fn points(samples: &Samples, shape: &Shape) -> Vec<Point> {
     let set = SampleSet::from_pairs(samples.pairs(), &[]);
     let inputs: Vec<&[f32]> = shape.inputs.iter().map(|input: &Input| set.input(*input)).collect();
     let weighted = samples.weighted();
@@ -132,7 +129,7 @@ pub(super) fn points(samples: &Samples, shape: &Shape, terms: Terms) -> Vec<Poin
             relative: weighted[k].map(|value| libm::log1p(gain * value) as f32),
             gain: gain as f32,
             importance: 1.0,
-            share: if terms.dark { SHARE as f32 } else { 0.0 },
+            share: SHARE as f32,
             side: 0.0,
         })
         .collect()

@@ -11,7 +11,6 @@ use rayon::prelude::*;
 
 use super::block::{Point, points};
 use super::known::{BoundEstimator, Place};
-use super::terms::Terms;
 
 /// Number of points at which every fit is bounded, from above and below.
 const COUNT: usize = 1024;
@@ -93,7 +92,7 @@ impl Bounds {
         sides: impl Fn([Option<[f64; 3]>; 2]) -> [Option<[f64; 3]>; 2],
     ) -> Vec<Point> {
         let values = vec![[0.0; 3]; self.pairs.len()];
-        let unbounded = points(&Samples::new(self.pairs.clone(), values), shape, Terms::BOUNDED);
+        let unbounded = points(&Samples::new(self.pairs.clone(), values), shape);
         let bounded = |(point, bounds): (Point, &[Option<[f64; 3]>; 2])| {
             let weight = f64::from(point.weight).max(self.floor);
             let of = |side: f32, bound: [f64; 3]| Point {

@@ -7,7 +7,6 @@ use brood_target::{Samples, draw_pairs, metric};
 
 use super::super::block::points;
 use super::super::seed::start;
-use super::super::terms::Terms;
 use super::*;
 
 fn conductor() -> Box<dyn Brdf> {
@@ -16,7 +15,7 @@ fn conductor() -> Box<dyn Brdf> {
 
 fn lobes(seed: u64, shape: &Shape) -> (Lobes, Batch, Samples) {
     let samples = Samples::of(&*conductor(), draw_pairs(700, seed));
-    let points = points(&samples, shape, Terms::ALL);
+    let points = points(&samples, shape);
     let mut stream = Stream::new(BirthKey { seed, slot: 0, attempt: 0 }, Operator::Lobes);
     let lobes = start(shape, &points, &mut stream);
     (lobes, Batch::new(points.iter()), samples)

@@ -88,7 +88,10 @@ pub(super) struct Kept {
 
 impl Problem {
     pub(super) fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2], terms: Terms) -> Self {
-        let points = points(samples, &shape, terms);
+        let mut points = points(samples, &shape);
+        if !terms.dark {
+            points.iter_mut().for_each(|point| point.share = 0.0);
+        }
         let of = |keep: bool| {
             let indices = (0..points.len()).filter(move |at| is_held_back(*at) != keep);
             indices.map(|at| &points[at]).collect::<Vec<_>>()
