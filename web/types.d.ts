@@ -2195,7 +2195,8 @@ export interface components {
             hash: string;
             /**
              * Format: int64
-             * @description Number of held-out samples, which searches do not see: reported errors are measured on them.
+             * @description Number of held-out samples, which are not fitted: errors are measured on them, and the best
+             *     result of a measurement is the one of least error.
              */
             held_out_samples: number;
             /** @description Id of the target. */

@@ -114,7 +114,8 @@ pub struct Target {
     pub samples: u64,
     /// Number of samples that searches fit.
     pub fitted_samples: u64,
-    /// Number of held-out samples, which searches do not see: reported errors are measured on them.
+    /// Number of held-out samples, which are not fitted: errors are measured on them, and the best
+    /// result of a measurement is the one of least error.
     pub held_out_samples: u64,
     /// Number of samples in the file that were skipped because a direction is below the surface; 0
     /// for measurements that cover all directions.

@@ -157,7 +157,7 @@ function Open() {
 /** @param {{of: Found}} props */
 const Figures = ({ of }) => html`
   <dl>
-    <${Fact} name="error, held out" value=${errorInWords(of.e_log)} title="E log: root mean square of the differences of log(1 + f cos), on samples that the search has not seen" />
+    <${Fact} name="error, held out" value=${errorInWords(of.e_log)} title="E log: root mean square of the differences of log(1 + f cos), on samples that are not fitted" />
     <${Fact} name="error, fitted" value=${errorInWords(of.e_log_fitted)} title="The same error on the samples that were fitted" />
     <${Fact} name="E cube root" value=${errorInWords(of.e_cbrt)} title="Root mean square of the differences of cube roots" />
     <${Fact} name="relative L2" value=${errorInWords(of.relative_l2)} />

@@ -119,7 +119,7 @@ function scrollToOnce(row) {
 const Table = ({ of }) => html`
   <div class="scroller" role="region" tabindex="0" aria-label="Front as a table">
     <table class="finds" data-testid="front-table">
-      <thead><tr><th scope="col" title="E log on samples that the search has not seen">held out</th><th scope="col" title="E log on training and validation samples">fitted</th><th scope="col">operations</th><th scope="col">free parameters</th></tr></thead>
+      <thead><tr><th scope="col" title="E log on samples that are not fitted">held out</th><th scope="col" title="E log on training and validation samples">fitted</th><th scope="col">operations</th><th scope="col">free parameters</th></tr></thead>
       <tbody>
         ${of.map((one) => {
           const on = one.individual === searchStore.chosenResult.value?.individual;
@@ -147,7 +147,7 @@ function Front({ of }) {
   const count = searchStore.front.value.length;
   return html`
     <figure class="chart" data-testid="search-front">
-      <h3 title="Held out: samples that the search has not seen">E log, held out, against length</h3>
+      <h3 title="Held out: samples that are not fitted">E log, held out, against length</h3>
       ${searchStore.front.value.length > 1
         ? html`<${FrontChart} of=${searchStore.front.value} chosen=${searchStore.chosenResult.value} onPick=${pick} /><${Table} of=${searchStore.front.value} />
           <p class="small" data-testid="front-choice">${choiceInWords(searchStore.front.value)}</p>`

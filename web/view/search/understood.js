@@ -140,7 +140,7 @@ export function Understood({ of }) {
         ${views.length > 1 && html`<${Fact} name="pictures" value=${`${views.length}, ${views.filter((view) => view.held_out).length} held out`} />`}
         <${Fact} name="samples" value=${of.samples.toLocaleString("en")} />
         <${Fact} name="fitted to" value=${of.fitted_samples.toLocaleString("en")} title="Samples that the search uses" />
-        <${Fact} name="held out" value=${of.held_out_samples.toLocaleString("en")} title="Samples that the search never uses; errors are measured on them" />
+        <${Fact} name="held out" value=${of.held_out_samples.toLocaleString("en")} title="Samples that are not fitted; errors are measured on them" />
         ${of.skipped_samples > 0 && html`<${Fact} name="skipped" value=${of.skipped_samples.toLocaleString("en")} title="Negative, or not finite, or below the horizon" />`}
         <${Fact} name="largest f" value=${`${amount(of.largest_f)} per sr`} />
         ${views.length === 0 && html`<${Fact} name="reciprocal floor" value=${typeof of.reciprocal_floor === "number" ? amount(of.reciprocal_floor) : "unknown"}
