@@ -24,6 +24,7 @@ mod breed;
 mod brood;
 pub mod budget;
 pub mod chart;
+mod chart_file;
 mod consumer;
 mod derivative;
 mod export;
@@ -67,6 +68,8 @@ pub enum BenchCommand {
     Breed(breed::BenchBreedArgs),
     /// Count the useful pictures of a brood under each kind of curation
     Brood(brood::BenchBroodArgs),
+    /// Draw series of points, as a JSON file gives them, as a chart
+    Chart(chart_file::BenchChartArgs),
     /// Write materials in an export format with values of f, for a test by the program that reads
     /// the format
     Consumer(consumer::BenchConsumerArgs),
@@ -110,6 +113,7 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Amount(args) => amount::run(args, json),
         BenchCommand::Breed(args) => breed::run(args, json),
         BenchCommand::Brood(args) => brood::run(args, json),
+        BenchCommand::Chart(args) => chart_file::run(args, json),
         BenchCommand::Consumer(args) => consumer::run(args, json),
         BenchCommand::Derivative(args) => derivative::run(args, json),
         BenchCommand::Export(args) => export::run(args, json),

@@ -248,8 +248,8 @@ class View:
 class Fit:
     """A material with the pictures to match."""
 
-    def __init__(self, folder, bsdf, names):
-        views = json.loads((folder / "target.json").read_text())["views"]
+    def __init__(self, folder, bsdf, names, pictures=1):
+        views = json.loads((folder / "target.json").read_text())["views"][:pictures]
         textured = bsdf | {name: texture(bsdf[name]) for name in names if (bsdf["type"], name) not in PLAIN}
         self.views = [View(folder, view, textured) for view in views]
         self.bsdf = bsdf
@@ -355,7 +355,7 @@ def fit(job, options):
     found = unknown_material(job, options.model)
     if found is None:
         return {"model": None}
-    problem = Fit(folder, *found)
+    problem = Fit(folder, *found, options.pictures)
     bsdf, report = problem.run(options.seconds, options.seed)
     (out / "report.json").write_text(json.dumps(report))
     fitted = job | {"bsdf": bsdf}
@@ -408,6 +408,7 @@ def main():
     parser.add_argument("--index", type=int, default=0, help="of the photograph in the list")
     parser.add_argument("--model", choices=["principled", "generating"], default="principled")
     parser.add_argument("--models", default="principled,generating", help="those to compile")
+    parser.add_argument("--pictures", type=int, default=1, help="the number of pictures of the photograph to fit")
     parser.add_argument("--seconds", type=float, default=20.0)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--threads", type=int, default=2)

@@ -1,5 +1,7 @@
 //! Axes: mapping of values to positions, and placement of the gridlines.
 
+use std::borrow::Cow;
+
 /// Mapping of values to lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
@@ -13,7 +15,7 @@ pub enum Scale {
 #[derive(Debug, Clone)]
 pub struct Axis {
     /// Quantity, with its unit.
-    pub title: &'static str,
+    pub title: Cow<'static, str>,
     /// Mapping of values to lengths.
     pub scale: Scale,
 }
@@ -21,14 +23,14 @@ pub struct Axis {
 impl Axis {
     /// Creates an axis with equal distances between equal differences.
     #[must_use]
-    pub fn linear(title: &'static str) -> Self {
-        Self { title, scale: Scale::Linear }
+    pub fn linear(title: impl Into<Cow<'static, str>>) -> Self {
+        Self { title: title.into(), scale: Scale::Linear }
     }
 
     /// Creates an axis with equal distances between equal ratios.
     #[must_use]
-    pub fn log(title: &'static str) -> Self {
-        Self { title, scale: Scale::Log }
+    pub fn log(title: impl Into<Cow<'static, str>>) -> Self {
+        Self { title: title.into(), scale: Scale::Log }
     }
 }
 
@@ -56,7 +58,8 @@ const FINE_DECADES: i32 = 9;
 
 impl Scale {
     /// True if the value can be drawn on an axis of this scale.
-    pub(super) fn shows(self, value: f64) -> bool {
+    #[must_use]
+    pub fn shows(self, value: f64) -> bool {
         value.is_finite() && (self == Self::Linear || value > 0.0)
     }
 }

@@ -117,7 +117,7 @@ impl BarChart {
             canvas.line([at, t], [at, b], shade, 1.0);
             canvas.text(text(at, b + 19.0, 12.0, SOFT_INK), &tick.label);
         }
-        canvas.text(text(0.5 * (l + r), b + 42.0, 13.0, INK), self.axis.title);
+        canvas.text(text(0.5 * (l + r), b + 42.0, 13.0, INK), &self.axis.title);
     }
 }
 

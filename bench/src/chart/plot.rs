@@ -150,8 +150,8 @@ impl Plot {
     fn axis_titles(&self, canvas: &mut Canvas, Area([l, t, r, b]): Area) {
         let text =
             |x, y| Text { x, y, anchor: Anchor::Middle, size: 13.0, colour: INK, bold: false };
-        canvas.text(text(0.5 * (l + r), b + 42.0), self.x.title);
-        canvas.text_upwards(text(24.0, 0.5 * (t + b)), self.y.title);
+        canvas.text(text(0.5 * (l + r), b + 42.0), &self.x.title);
+        canvas.text_upwards(text(24.0, 0.5 * (t + b)), &self.y.title);
     }
 
     fn legend(&self, canvas: &mut Canvas, hidden: usize) {

@@ -100,10 +100,10 @@ struct Options {
     starts: Option<u32>,
     /// Comma-separated grades; for photographs.
     grades: Option<String>,
-    /// Number of pictures of each material; for photographs.
-    pictures: Option<u32>,
+    /// Numbers of pictures of each material; for photographs.
+    pictures: Option<Vec<u32>>,
     /// Seconds of each fit; for photographs.
-    seconds: Option<u32>,
+    seconds: Option<Vec<u32>>,
     /// Strategy of the fits; for photographs.
     strategy: Option<String>,
     /// Comma-separated models that Mitsuba with Adam fits, or `none`; for photographs.
@@ -119,6 +119,17 @@ fn count(option: &str, value: Option<&&str>, most: u32) -> Result<u32> {
     let count = value.and_then(|value| value.parse().ok());
     let count = count.filter(|count| (1..=most).contains(count));
     count.with_context(|| format!("{option} needs a number from 1 to {most}"))
+}
+
+/// Value of an option that takes comma-separated numbers from 1 to `most`, in ascending order.
+fn counts(option: &str, value: Option<&&str>, most: u32) -> Result<Vec<u32>> {
+    let words = value.with_context(|| format!("{option} needs numbers from 1 to {most}"))?;
+    let numbers: Result<Vec<u32>> =
+        words.split(',').map(|word| count(option, Some(&word), most)).collect();
+    let mut numbers = numbers?;
+    numbers.sort_unstable();
+    numbers.dedup();
+    Ok(numbers)
 }
 
 impl Options {
@@ -168,10 +179,10 @@ impl Options {
                     options.grades = Some((*names).to_owned());
                 }
                 "--pictures" if task == Task::Photographs => {
-                    options.pictures = Some(count(word, words.next(), 8)?);
+                    options.pictures = Some(counts(word, words.next(), 8)?);
                 }
                 "--seconds" if task == Task::Photographs => {
-                    options.seconds = Some(count(word, words.next(), 3600)?);
+                    options.seconds = Some(counts(word, words.next(), 3600)?);
                 }
                 "--strategy" if task == Task::Photographs => {
                     let name = words.next().context("--strategy needs a name")?;
@@ -288,5 +299,9 @@ mod tests {
         let options = Options::parse(Task::Photographs, &["--peers", "none"]).unwrap();
         assert_eq!(options.peers.as_deref(), Some("none"));
         assert!(Options::parse(Task::Fit, &["--peers", "none"]).is_err());
+        let options = Options::parse(Task::Photographs, &["--pictures", "4,1,4,2"]).unwrap();
+        assert_eq!(options.pictures, Some(vec![1, 2, 4]));
+        assert!(Options::parse(Task::Photographs, &["--pictures", "1,,2"]).is_err());
+        assert!(Options::parse(Task::Photographs, &["--pictures", "9"]).is_err());
     }
 }

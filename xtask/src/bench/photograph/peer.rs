@@ -53,17 +53,19 @@ impl Model {
         Ok(Self::ALL.into_iter().filter(|model| names.contains(&model.name())).collect())
     }
 
-    /// Fits a photograph of the list; `None` if there is no such model of the material.
+    /// Fits the first photographs of one material of the list; `None` if there is no such model of
+    /// the material.
     pub fn fit(
         self,
         environment: &Environment,
         (list, index): (&Path, usize),
-        seconds: u32,
+        (pictures, seconds): (u32, u32),
         output: &Path,
     ) -> Result<Option<Found>> {
         let mut fit = environment.script("mitsuba_photograph_fit.py");
         fit.arg("fit").arg(list).args(["--index", &index.to_string(), "--threads", THREADS]);
         fit.args(["--model", self.name(), "--seconds", &seconds.to_string()]);
+        fit.args(["--pictures", &pictures.to_string()]);
         let report = json_of(fit.arg("--output").arg(output))?;
         if report.get("model") == Some(&Value::Null) {
             return Ok(None);

@@ -11,17 +11,27 @@ use super::score::Scores;
 use super::stage::{Grade, Object};
 use super::{SIZE_PX, THREADS};
 
-/// Errors of the fits of one material on one object, photographed in one way.
+/// A fit by brood.
+pub struct OwnFit {
+    /// Time that it was given.
+    pub limit_s: u32,
+    /// Time that it took.
+    pub seconds: f64,
+    pub scores: Scores,
+    /// Largest errors over the pictures, in degrees, if scenes were corrected: of lights as the
+    /// camera sees them, and of cameras.
+    pub scene_deg: Option<(f64, Option<f64>)>,
+}
+
+/// Fits of one material on one object, photographed in one way.
 pub struct Row {
     pub material: &'static str,
     pub object: &'static str,
     pub grade: Grade,
-    /// Errors of brood's fit.
-    pub own: Scores,
-    /// Largest errors over the pictures, in degrees, if scenes were corrected: of lights as the
-    /// camera sees them, and of cameras.
-    pub scene_deg: Option<(f64, Option<f64>)>,
-    pub seconds: f64,
+    /// Number of photographs.
+    pub pictures: u32,
+    /// brood's fits, in ascending order of time; at least one.
+    pub fits: Vec<OwnFit>,
     /// Results of Adam's fits.
     pub peers: Vec<(Model, Found, Scores)>,
 }
@@ -29,19 +39,36 @@ pub struct Row {
 /// Settings of the run.
 pub struct Heading<'a> {
     pub strategy: &'a str,
-    pub seconds: u32,
-    pub pictures: u32,
+    /// Seconds of brood's fits, in ascending order.
+    pub seconds: &'a [u32],
+    /// Numbers of photographs, in ascending order.
+    pub pictures: &'a [u32],
+}
+
+impl OwnFit {
+    /// Errors and time.
+    fn scored(&self) -> (&Scores, f64) {
+        (&self.scores, self.seconds)
+    }
 }
 
 impl Row {
-    fn peer(&self, model: Model) -> Option<(&Found, &Scores)> {
+    /// The longest of brood's fits.
+    fn longest(&self) -> &OwnFit {
+        self.fits.last().expect("a row has a fit")
+    }
+
+    pub fn peer(&self, model: Model) -> Option<(&Found, &Scores)> {
         let found = self.peers.iter().find(|(each, ..)| *each == model)?;
         Some((&found.1, &found.2))
     }
 
     pub fn line(&self) -> String {
-        let Self { material, object, grade, .. } = self;
-        let mut line = format!("{material}, {object}, {}: {:.3}", grade.name(), self.own.error());
+        let Self { material, object, grade, pictures, .. } = self;
+        let errors: Vec<String> =
+            self.fits.iter().map(|fit| format!("{:.3}", fit.scores.error())).collect();
+        let errors = errors.join(", ");
+        let mut line = format!("{material}, {object}, {}, {pictures}: {errors}", grade.name());
         for (model, _, scores) in &self.peers {
             line += &format!(", {} with Adam {:.3}", model.name(), scores.error());
         }
@@ -49,13 +76,18 @@ impl Row {
     }
 
     pub fn json(&self) -> Value {
-        let mut value = self.own.json();
-        value["material"] = json!(self.material);
-        value["object"] = json!(self.object);
-        value["grade"] = json!(self.grade.name());
-        value["seconds"] = json!(self.seconds);
-        value["light_deg"] = json!(self.scene_deg.map(|(light, _)| light));
-        value["camera_deg"] = json!(self.scene_deg.and_then(|(_, camera)| camera));
+        let fit = |fit: &OwnFit| {
+            let mut value = fit.scores.json();
+            value["limit_s"] = json!(fit.limit_s);
+            value["seconds"] = json!(fit.seconds);
+            value["light_deg"] = json!(fit.scene_deg.map(|(light, _)| light));
+            value["camera_deg"] = json!(fit.scene_deg.and_then(|(_, camera)| camera));
+            value
+        };
+        let mut value = json!({
+            "material": self.material, "object": self.object, "grade": self.grade.name(),
+            "pictures": self.pictures, "fits": self.fits.iter().map(fit).collect::<Vec<_>>(),
+        });
         for (model, found, scores) in &self.peers {
             let mut peer = scores.json();
             peer["seconds"] = json!(found.seconds);
@@ -67,9 +99,10 @@ impl Row {
     }
 
     fn markdown(&self) -> String {
+        let OwnFit { scores, scene_deg, .. } = self.longest();
         let lights: Vec<String> =
-            self.own.lights.iter().map(|score| format!("{:.3}", score.relative_rmse)).collect();
-        let scene = self.scene_deg.map(|(light, camera)| {
+            scores.lights.iter().map(|score| format!("{:.3}", score.relative_rmse)).collect();
+        let scene = scene_deg.map(|(light, camera)| {
             format!("{light:.2}, {}", camera.map_or_else(String::new, |deg| format!("{deg:.2}")))
         });
         let peers = Model::ALL.map(|model| {
@@ -81,13 +114,14 @@ impl Row {
             )
         });
         format!(
-            "| {} | {} | {} | {:.3} | {} | {} | {} | {} |",
+            "| {} | {} | {} | {} | {:.3} | {} | {} | {} | {} |",
             self.material,
             self.object,
             self.grade.name(),
-            self.own.error(),
+            self.pictures,
+            scores.error(),
             lights.join(", "),
-            cell(self.own.mesh_error()),
+            cell(scores.mesh_error()),
             peers.join(" | "),
             scene.unwrap_or_default()
         )
@@ -100,7 +134,7 @@ fn cell(value: Option<f64>) -> String {
 }
 
 /// Median of errors; NaN if there are none.
-fn median(mut errors: Vec<f64>) -> f64 {
+pub fn median(mut errors: Vec<f64>) -> f64 {
     errors.sort_by(f64::total_cmp);
     let middle = errors.len() / 2;
     match errors.len() {
@@ -112,7 +146,9 @@ fn median(mut errors: Vec<f64>) -> f64 {
 
 /// The report as Markdown.
 pub fn markdown(rows: &[Row], heading: &Heading<'_>, missing: &[String]) -> Result<String> {
-    let Heading { strategy, seconds, pictures } = heading;
+    let words = |numbers: &[u32]| numbers.iter().map(u32::to_string).collect::<Vec<_>>().join(", ");
+    let (strategy, pictures, seconds) =
+        (heading.strategy, words(heading.pictures), words(heading.seconds));
     let mut text = format!(
         "# Materials from photographs, under other lights\n\n\
          Pictures of {SIZE_PX} x {SIZE_PX} pixels by Mitsuba, {pictures} of each material, one point light in each, or an \
@@ -120,11 +156,12 @@ pub fn markdown(rows: &[Row], heading: &Heading<'_>, missing: &[String]) -> Resu
          pictures under three other lights (root of the mean square of the three), and of a picture of a teapot, which no photograph \
          shows. The scene of misaligned pictures is stated with its uncertainties; errors of the corrected scene are those of the \
          light as the camera sees it and of the camera.\n\n\
-         Adam has Mitsuba's derivatives, the same pictures and stated scenes, which it does not correct, the same time and threads, \
+         Of several times, tables show the longest unless they say the time. \
+         Adam has Mitsuba's derivatives, the same pictures and stated scenes, which it does not correct, the longest time, the same threads, \
          and ten starts that share the time. `principled` knows nothing of the material; `generating` knows its plugin and fits its \
          numbers. Tracing and loading of kernels count as time; their compiler ran before, in a fit of the same kind.\n\n\
-         | material | object | grade | error | by light | teapot | principled | teapot | generating | teapot | light, camera off by degrees |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
+         | material | object | grade | pictures | error | by light | teapot | principled | teapot | generating | teapot | light, camera off by degrees |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in rows {
         writeln!(text, "{}", row.markdown())?;
@@ -133,25 +170,78 @@ pub fn markdown(rows: &[Row], heading: &Heading<'_>, missing: &[String]) -> Resu
         "\nMedians over materials. FLIP (HDR) and Delta E_ITP are means over the three lights. `generating` has no measured materials, \
          so a line of brood's has its materials alone. Seconds are those of brood's fit, and those until Adam's loss was within 5 % \
          of its least.\n\n\
-         | grade | object | by | materials | error | worst | teapot | FLIP | Delta E_ITP | seconds | light, camera off by degrees |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
+         | grade | object | pictures | by | materials | error | worst | teapot | FLIP | Delta E_ITP | seconds | light, camera off by degrees |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
-    for grade in Grade::ALL {
-        for object in Object::ALL {
-            let of: Vec<&Row> = rows
-                .iter()
-                .filter(|row| row.grade == grade && row.object == object.name())
-                .collect();
-            if !of.is_empty() {
-                write!(text, "{}", medians(grade, object, &of))?;
+    let groups = groups(rows, heading.pictures);
+    for group in &groups {
+        text += &medians(group);
+    }
+    if heading.seconds.len() > 1 {
+        text.push_str(
+            "\nMedians over materials by the time of brood's fits, and the number of materials whose error is no larger than that of \
+             `principled` after the longest time.\n\n\
+             | grade | object | pictures | seconds | error | FLIP | Delta E_ITP | no farther than principled |\n\
+             |---|---|---|---|---|---|---|---|\n",
+        );
+        for group in &groups {
+            for time in 0..heading.seconds.len() {
+                writeln!(text, "{}", by_time(group, time))?;
             }
         }
     }
     Ok(text + &paragraphs(missing))
 }
 
-/// Lines of one grade and object.
-fn medians(grade: Grade, object: Object, rows: &[&Row]) -> String {
+/// Rows of the same object, photographed in the same way; at least one.
+fn groups<'a>(rows: &'a [Row], pictures: &[u32]) -> Vec<Vec<&'a Row>> {
+    let mut groups = Vec::new();
+    for grade in Grade::ALL {
+        for object in Object::ALL {
+            for &count in pictures {
+                let is_in = |row: &&Row| {
+                    row.grade == grade && row.object == object.name() && row.pictures == count
+                };
+                let group: Vec<&Row> = rows.iter().filter(is_in).collect();
+                if !group.is_empty() {
+                    groups.push(group);
+                }
+            }
+        }
+    }
+    groups
+}
+
+/// Cells that name a group.
+fn name(group: &[&Row]) -> String {
+    let Row { grade, object, pictures, .. } = group[0];
+    format!("| {} | {object} | {pictures} |", grade.name())
+}
+
+/// Line of a group's fits of one time, by its place among the times.
+fn by_time(group: &[&Row], time: usize) -> String {
+    let fits: Vec<&OwnFit> = group.iter().map(|row| &row.fits[time]).collect();
+    let of = |value: fn(&Scores) -> f64| {
+        cell(Some(median(fits.iter().map(|fit| value(&fit.scores)).collect())))
+    };
+    let peers: Vec<(f64, f64)> = group
+        .iter()
+        .filter_map(|row| {
+            let (_, peer) = row.peer(Model::Principled)?;
+            Some((row.fits[time].scores.error(), peer.error()))
+        })
+        .collect();
+    let as_near = peers.iter().filter(|(own, peer)| own <= peer).count();
+    let as_near = match peers.len() {
+        0 => String::new(),
+        all => format!("{as_near} of {all}"),
+    };
+    let (error, flip, itp) = (of(Scores::error), of(Scores::flip), of(Scores::itp));
+    format!("{} {} | {error} | {flip} | {itp} | {as_near} |", name(group), fits[0].limit_s)
+}
+
+/// Lines of a group.
+fn medians(rows: &[&Row]) -> String {
     let line = |by: &str, each: &[(&Scores, f64)], scene: &str| {
         let of = |value: fn(&Scores) -> Option<f64>| {
             cell(Some(median(each.iter().filter_map(|(scores, _)| value(scores)).collect())))
@@ -159,9 +249,8 @@ fn medians(grade: Grade, object: Object, rows: &[&Row]) -> String {
         let worst = each.iter().map(|(scores, _)| scores.error()).fold(0.0, f64::max);
         let seconds = median(each.iter().map(|(_, seconds)| *seconds).collect());
         format!(
-            "| {} | {} | {by} | {} | {} | {worst:.3} | {} | {} | {} | {seconds:.1} | {scene} |\n",
-            grade.name(),
-            object.name(),
+            "{} {by} | {} | {} | {worst:.3} | {} | {} | {} | {seconds:.1} | {scene} |\n",
+            name(rows),
             each.len(),
             of(|scores| Some(scores.error())),
             of(Scores::mesh_error),
@@ -170,7 +259,8 @@ fn medians(grade: Grade, object: Object, rows: &[&Row]) -> String {
         )
     };
     let own = |row: &&Row| -> bool { row.peer(Model::Generating).is_some() };
-    let scenes: Vec<(f64, Option<f64>)> = rows.iter().filter_map(|row| row.scene_deg).collect();
+    let scenes: Vec<(f64, Option<f64>)> =
+        rows.iter().filter_map(|row| row.longest().scene_deg).collect();
     let off = |values: Vec<f64>| match median(values) {
         value if value.is_nan() => String::new(),
         value => format!("{value:.2}"),
@@ -181,7 +271,7 @@ fn medians(grade: Grade, object: Object, rows: &[&Row]) -> String {
         let lights = off(scenes.iter().map(|(light, _)| *light).collect());
         format!("{lights}, {}", off(scenes.iter().filter_map(|(_, camera)| *camera).collect()))
     };
-    let all: Vec<_> = rows.iter().map(|row| (&row.own, row.seconds)).collect();
+    let all: Vec<_> = rows.iter().map(|row| row.longest().scored()).collect();
     let mut text = line("brood", &all, &scene);
     for model in Model::ALL {
         let each: Vec<_> = rows
@@ -194,7 +284,7 @@ fn medians(grade: Grade, object: Object, rows: &[&Row]) -> String {
         }
         if each.len() < rows.len() && model == Model::Generating {
             let same: Vec<_> =
-                rows.iter().filter(|row| own(row)).map(|row| (&row.own, row.seconds)).collect();
+                rows.iter().filter(|row| own(row)).map(|row| row.longest().scored()).collect();
             text += &line("brood", &same, "");
         }
         text += &line(&format!("{} with Adam", model.name()), &each, "");
