@@ -30,8 +30,8 @@ use crate::{shell, suite};
 const SECONDS: u32 = 20;
 /// Threads of a fit.
 const THREADS: &str = "2";
-/// Samples of a pixel of Mitsuba's pictures. Highlights of smooth metals on meshes are narrower than
-/// pixels: by 64 samples, two pictures of chrome on the teapot differ by 1.4 times their mean.
+/// Samples of a pixel of Mitsuba's pictures. Highlights of smooth metals on meshes are narrower
+/// than pixels: by 64 samples, two pictures of chrome on the teapot differ by 1.4 times their mean.
 const SAMPLES: u32 = 1024;
 /// The same of brood's pictures, whose samples are more even.
 const OWN_SAMPLES: u32 = 256;
