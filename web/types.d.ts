@@ -1325,6 +1325,11 @@ export interface components {
              */
             e_log: number;
             next?: components["schemas"]["NextScene"] | null;
+            /**
+             * @description True if `GET /v1/jobs/{id}/darkest.png` and `brightest.png` exist. False for searches of
+             *     earlier versions.
+             */
+            pictures?: boolean;
             /** @description Share of the samples in each cell. */
             seen: number[];
         };

@@ -120,6 +120,8 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(search::resume))
         .routes(routes!(search::cancel))
         .routes(routes!(search::front))
+        .routes(routes!(search::darkest))
+        .routes(routes!(search::brightest))
         .routes(routes!(search::log))
         .routes(routes!(event::stream_job_events))
         .routes(routes!(lease::search::claim))

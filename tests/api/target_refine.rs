@@ -58,6 +58,14 @@ async fn search_corrects_the_light_of_a_picture() {
     assert_eq!(next["light_deg"].as_array().map(Vec::len), Some(2), "{}", front["spread"]);
     assert!(next["e_log"].as_f64() < front["spread"]["e_log"].as_f64());
     server.post("/v1/scenes", &next["scene"]).await.expect(201);
+    // The material could be darker or brighter in it, at every pixel.
+    assert_eq!(front["spread"]["pictures"], true);
+    let extreme = async |name: &str| {
+        server.get(&format!("/v1/jobs/{job}/{name}.png")).await.expect(200).picture()
+    };
+    let (darkest, brightest) = (extreme("darkest").await, extreme("brightest").await);
+    assert_eq!(darkest.dimensions(), brightest.dimensions());
+    assert!(darkest != brightest && darkest.iter().zip(brightest.iter()).all(|(a, b)| a <= b));
     let rmse = front["items"][0]["views"][0]["rmse"].as_f64().unwrap();
     assert!(rmse < 0.02, "{rmse}");
 }

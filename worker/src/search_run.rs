@@ -5,18 +5,19 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use brood_eval::{EvalError, express};
+use brood_eval::{Developed, EvalError, encode_png, express};
 use brood_genome::Genome;
 use brood_inspect::Specimen;
 use brood_protocol::{
-    Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NextScene, SearchGrant,
-    SearchUpdate,
+    Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NextScene, ReportedSpread,
+    SearchGrant, SearchUpdate,
 };
 use brood_search::{Candidate, Found, Options, Progress, Search, Spread, SpreadMap, TimeBudget};
 use brood_target::{KnownView, Objective, Strategy, TargetFile};
 use rayon::prelude::*;
 
 use crate::search_target::SearchTarget;
+use crate::spread_picture::darkest_and_brightest;
 use crate::view_comparison::ViewComparison;
 
 /// Interval between reports. Shorter generations are reported together.
@@ -157,20 +158,26 @@ impl SearchRun {
         let Some(spread) = Spread::of(&self.search) else { return Ok(None) };
         let view = pictures.views.iter().find(|view| !view.setting.is_held_out);
         let view = view.expect("a target has a picture that is fitted");
-        let measured = || -> Result<MaterialSpread, EvalError> {
+        let measured = || -> Result<(MaterialSpread, [Developed; 2]), EvalError> {
             let SpreadMap { seen, deviation } = spread.map(&target.fitted)?;
             let next = spread.next_picture(view)?;
+            let scene = next.as_ref().map_or(&view.setting.scene, |next| &next.scene);
+            let pictures = darkest_and_brightest(&spread, view, scene)?;
             let next = next.map(|next| NextScene {
                 scene: next.scene,
                 light_deg: next.light_deg,
                 e_log: next.e_log[1],
             });
             let cells = u32::try_from(SpreadMap::CELLS).expect("the map is small");
-            Ok(MaterialSpread { e_log: spread.e_log()?, cells, seen, deviation, next })
+            let e_log = spread.e_log()?;
+            let measured = MaterialSpread { e_log, cells, seen, deviation, next, pictures: true };
+            Ok((measured, pictures))
         };
-        let measured = measured().map_err(|error| error.to_string())?;
-        let json = serde_json::to_string(&measured).expect("a spread is plain data");
-        Ok(Some(SearchUpdate::Spread(json)))
+        let (measured, pictures) = measured().map_err(|error| error.to_string())?;
+        let spread = serde_json::to_string(&measured).expect("a spread is plain data");
+        let [darkest, brightest] =
+            pictures.map(|picture| encode_png(picture.width, picture.height, &picture.rgba));
+        Ok(Some(SearchUpdate::Spread(ReportedSpread { spread, darkest, brightest })))
     }
 
     fn is_over(&self, progress: &Progress) -> bool {

@@ -80,8 +80,8 @@ pub use search::{
     SearchAnswer, SearchLine, SearchOptions, SearchState,
 };
 pub use search_lease::{
-    CalibratedView, Directive, GenerationLine, MeasuredMaterial, SearchGrant, SearchReport,
-    SearchRequest, SearchTicket, SearchUpdate, TargetBytes,
+    CalibratedView, Directive, GenerationLine, MeasuredMaterial, ReportedSpread, SearchGrant,
+    SearchReport, SearchRequest, SearchTicket, SearchUpdate, TargetBytes,
 };
 pub use seed::Seed;
 pub use subject::{Aspect, Subject, TargetSource};

@@ -249,6 +249,10 @@ pub struct MaterialSpread {
     /// The picture after which the least error is expected. Null if no picture lowers it by a
     /// tenth, and without lamps without size and environments that `light_deg` turns.
     pub next: Option<NextScene>,
+    /// True if `GET /v1/jobs/{id}/darkest.png` and `brightest.png` exist. False for searches of
+    /// earlier versions.
+    #[serde(default)]
+    pub pictures: bool,
 }
 
 /// A picture that would tell more about a material.

@@ -147,10 +147,24 @@ pub enum SearchUpdate {
     Failed(String),
     /// Corrections of the scenes of all images of the target, at the start of each lease.
     Calibrated(Vec<CalibratedView>),
-    /// Spread of the materials that match the pictures, before the end: JSON of a
-    /// [`MaterialSpread`](crate::MaterialSpread), because scenes have fields that need a
+    /// Spread of the materials that match the pictures, before the end.
+    Spread(ReportedSpread),
+}
+
+/// Spread of the materials that match the pictures of a target, with the darkest and the brightest
+/// picture.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReportedSpread {
+    /// JSON of a [`MaterialSpread`](crate::MaterialSpread), because scenes have fields that need a
     /// self-describing format.
-    Spread(String),
+    pub spread: String,
+    /// 5 % quantile of each pixel over the materials in the scene of the next picture, or of the
+    /// first if there is none; a PNG.
+    #[serde(with = "crate::lease::octets")]
+    pub darkest: Vec<u8>,
+    /// 95 % quantile, at the same exposure.
+    #[serde(with = "crate::lease::octets")]
+    pub brightest: Vec<u8>,
 }
 
 /// Image of a target in its corrected scene.

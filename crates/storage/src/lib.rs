@@ -61,7 +61,7 @@ pub use job::{ClaimedJob, FIRST_EPOCH, JobState, NewJob, Queue, QueueDepth, Stor
 pub use lineage::{InvalidCursor, LineageCursor, LineageFilter};
 pub use mesh::StoredMesh;
 pub use picture::{NewPicture, StoredPicture};
-pub use search::{NewSearch, SearchChange, StoredSearch};
+pub use search::{Extreme, NewSearch, SearchChange, StoredSearch};
 pub use search_lease::{ClaimedSearch, SearchEnd, SearchStep};
 pub use store::{Store, StoreCounts};
 pub use target::NewTarget;

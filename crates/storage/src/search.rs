@@ -40,6 +40,15 @@ pub struct NewSearch {
     pub idempotency: Option<Idempotency>,
 }
 
+/// Picture of the materials that match a search's target about as well as the best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Extreme {
+    /// 5 % quantile of each pixel.
+    Darkest,
+    /// 95 % quantile.
+    Brightest,
+}
+
 record! {
     /// Search without its checkpoint.
     #[derive(Debug, Clone, PartialEq)]
@@ -207,15 +216,24 @@ impl Store {
         Ok(row.column::<Option<_>>("front_json")?.unwrap_or_default())
     }
 
-    /// Stores the spread of a search.
+    /// Stores the spread of a search, with the darkest and the brightest picture as PNG.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
-    pub async fn set_search_spread(&self, id: JobId, spread: &MaterialSpread) -> Result<()> {
+    pub async fn set_search_spread(
+        &self,
+        id: JobId,
+        spread: &MaterialSpread,
+        pictures: [&[u8]; 2],
+    ) -> Result<()> {
         let json = serde_json::to_string(spread).expect("a spread is plain data");
+        let [darkest, brightest] = pictures.map(<[u8]>::to_vec);
         self.write(operation!(|conn| {
-            let update = sqlx::query("UPDATE search SET spread_json = ? WHERE id = ?");
-            update.bind(json).bind(id.key()).execute(conn).await?;
+            let update = sqlx::query(
+                "UPDATE search SET spread_json = ?, darkest_png = ?, brightest_png = ? WHERE id = ?",
+            );
+            let update = update.bind(json).bind(darkest).bind(brightest);
+            update.bind(id.key()).execute(conn).await?;
             Ok(())
         }))
         .await
@@ -229,6 +247,20 @@ impl Store {
         let query = sqlx::query("SELECT spread_json FROM search WHERE id = ?").bind(id.key());
         let row = query.fetch_one(&mut *self.reader().await?).await?;
         row.column("spread_json")
+    }
+
+    /// Returns the darkest or the brightest that the material of a search could be, as PNG; `None`
+    /// if the search has no spread, and if it ended in a version without these pictures.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the search does not exist.
+    pub async fn search_extreme(&self, id: JobId, extreme: Extreme) -> Result<Option<Vec<u8>>> {
+        let sql = match extreme {
+            Extreme::Darkest => "SELECT darkest_png AS png FROM search WHERE id = ?",
+            Extreme::Brightest => "SELECT brightest_png AS png FROM search WHERE id = ?",
+        };
+        let row = sqlx::query(sql).bind(id.key()).fetch_one(&mut *self.reader().await?).await?;
+        row.column("png")
     }
 
     /// Returns up to `limit` log lines of a search, one per generation, from generation `after` + 1

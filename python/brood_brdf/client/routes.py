@@ -103,6 +103,8 @@ class Routes:
     cancel_search = Route(_search.cancel_search)
     front = Route(_search.front)
     spread = Route(_search.spread)
+    darkest = Route(_search.darkest)
+    brightest = Route(_search.brightest)
     search_log = Route(_search.search_log)
     search_events = Route(_search.search_events)
     wait = Route(_search.wait)

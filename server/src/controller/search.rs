@@ -12,11 +12,12 @@ use brood_protocol::{
     AnyJob, CreateSearch, FoundMaterial, Front, JobId, LineageId, Page, SearchAnswer, SearchLine,
     SearchState,
 };
-use brood_storage::{SearchChange, StorageError, StoredSearch};
-use http::{HeaderName, StatusCode, header};
+use brood_storage::{Extreme, SearchChange, StorageError, StoredSearch};
+use http::{HeaderMap, HeaderName, StatusCode, header};
 use serde::Deserialize;
 
 use super::accepted;
+use super::file::{FileHead, IMMUTABLE};
 use crate::clock::now_ms;
 use crate::dispatch::{export_json, search_json};
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
@@ -186,6 +187,52 @@ pub async fn front(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json
     presenter.finish().await?;
     let spread = app.store.search_spread(id).await?;
     Ok(Json(Front { items, spread }))
+}
+
+/// Returns the darkest that the material of a search could be in its next picture.
+///
+/// 5 % quantile of each pixel over the materials that match the pictures of the target about as
+/// well as the best, in the scene of `spread.next`, or of the first picture if there is none.
+#[utoipa::path(get, path = "/v1/jobs/{id}/darkest.png", operation_id = "get_search_darkest", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = 200, description = "picture of up to 192 x 192 pixels", content_type = "image/png"),
+        (status = 304)))]
+pub async fn darkest(
+    State(app): State<App>,
+    Path(id): Path<JobId>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    extreme(&app, id, Extreme::Darkest, &headers).await
+}
+
+/// Returns the brightest that the material of a search could be in its next picture.
+///
+/// 95 % quantile of each pixel, at the exposure of `darkest.png`.
+#[utoipa::path(get, path = "/v1/jobs/{id}/brightest.png", operation_id = "get_search_brightest", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = 200, description = "picture of up to 192 x 192 pixels", content_type = "image/png"),
+        (status = 304)))]
+pub async fn brightest(
+    State(app): State<App>,
+    Path(id): Path<JobId>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    extreme(&app, id, Extreme::Brightest, &headers).await
+}
+
+async fn extreme(
+    app: &App,
+    id: JobId,
+    extreme: Extreme,
+    headers: &HeaderMap,
+) -> Result<Response, ApiError> {
+    let picture = app.store.search_extreme(id, extreme).await?;
+    let picture = picture.ok_or_else(|| {
+        ApiError::not_found("no such picture: it needs a search with models of pictures that ended")
+    })?;
+    let etag = format!("\"{id}-{extreme:?}\"");
+    let head = FileHead { etag, content_type: "image/png", cache: IMMUTABLE };
+    Ok(head.answer(headers, picture))
 }
 
 /// Start of a log.

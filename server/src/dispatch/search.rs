@@ -9,10 +9,11 @@ mod tests;
 use std::sync::Arc;
 use std::time::Duration;
 
+use brood_eval::picture_size;
 use brood_protocol::{
     CalibratedView, CorrectedScene, Directive, FoundMaterial, Generation, GenerationLine, JobId,
-    MaterialSpread, MeasuredMaterial, SceneCorrection, SearchGrant, SearchReport, SearchState,
-    SearchTicket, SearchUpdate, WireError, decode_stored,
+    MaterialSpread, MeasuredMaterial, ReportedSpread, SceneCorrection, SearchGrant, SearchReport,
+    SearchState, SearchTicket, SearchUpdate, WireError, decode_stored,
 };
 use brood_scene::Scene;
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
@@ -34,6 +35,12 @@ pub use publish::search_json;
 
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
+/// Largest side of the pictures of a spread.
+const SPREAD_PX: u32 = 512;
+/// Largest size of such a picture: twice its pixels, for PNGs that did not compress.
+const SPREAD_BYTES: usize = 2 * 4 * 512 * 512;
+/// First bytes of a PNG.
+const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// Largest number of rows of the maps of a spread.
 const SPREAD_CELLS: u32 = 90;
 
@@ -147,7 +154,7 @@ impl Searches {
                 }
                 SearchUpdate::Failed(reason) => own.fail_search(&search, shortened(&reason)).await,
                 SearchUpdate::Calibrated(views) => own.take_scenes(&search, views).await,
-                SearchUpdate::Spread(json) => own.take_spread(&search, &json).await,
+                SearchUpdate::Spread(spread) => own.take_spread(&search, &spread).await,
             }
         });
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
@@ -191,10 +198,14 @@ impl Searches {
     }
 
     /// Stores the spread of the materials that match the pictures of the target.
-    async fn take_spread(&self, search: &StoredSearch, json: &str) -> Result<Directive, ApiError> {
-        let spread: MaterialSpread = serde_json::from_str(json)
+    async fn take_spread(
+        &self,
+        search: &StoredSearch,
+        reported: &ReportedSpread,
+    ) -> Result<Directive, ApiError> {
+        let spread: MaterialSpread = serde_json::from_str(&reported.spread)
             .map_err(|error| ApiError::refused(format!("a spread: {error}")))?;
-        let MaterialSpread { e_log, cells, seen, deviation, next } = &spread;
+        let MaterialSpread { e_log, cells, seen, deviation, next, .. } = &spread;
         let count = u64::from(*cells).pow(2);
         if *cells > SPREAD_CELLS || [seen, deviation].iter().any(|map| map.len() as u64 != count) {
             return Err(ApiError::refused("a spread must have maps of at most 90 x 90 cells"));
@@ -206,7 +217,17 @@ impl Searches {
         if let Some(next) = next {
             next.scene.validate()?;
         }
-        self.store.set_search_spread(search.id, &spread).await?;
+        let pictures = [&reported.darkest, &reported.brightest].map(Vec::as_slice);
+        let is_small = |side: u32| (1..=SPREAD_PX).contains(&side);
+        for picture in pictures {
+            // Only a picture of these sides is sent to a browser.
+            let size = picture_size(picture).ok();
+            let is_small = size.is_some_and(|(width, height)| is_small(width) && is_small(height));
+            if !is_small || !picture.starts_with(PNG_SIGNATURE) || picture.len() > SPREAD_BYTES {
+                return Err(ApiError::refused("a spread must have PNGs of at most 512 x 512"));
+            }
+        }
+        self.store.set_search_spread(search.id, &spread, pictures).await?;
         Ok(Directive::Continue)
     }
 

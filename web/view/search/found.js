@@ -139,7 +139,8 @@ function Corrections() {
 function Open() {
   const spread = searchStore.spread.value;
   if (!spread) return null;
-  const { cells, e_log, next } = spread;
+  const { cells, e_log, next, pictures } = spread;
+  const job = searchStore.job.value?.id;
   /** @param {HTMLCanvasElement|null} canvas */
   const draw = (canvas) => canvas?.getContext("2d")?.putImageData(new ImageData(mapPixels(spread), cells, cells), 0, 0);
   const scene = next && `data:application/json,${encodeURIComponent(JSON.stringify(next.scene, null, 2))}`;
@@ -148,6 +149,14 @@ function Open() {
       <canvas width=${cells} height=${cells} ref=${draw} role="img" aria-label="Map of what is known, by the angles of the half vector" title="To the right: angle between half vector and normal; downwards: between half vector and light; 0 to 90 degrees. Green: the pictures show it. Red: materials that match them differ there." />
       <figcaption>
         Expected error over all directions: ${errorInWords(e_log)}. Green: directions that the pictures show. Red: directions in which materials that match them differ.
+        ${
+          pictures &&
+          job &&
+          html`<div class="extremes" data-testid="found-extremes">
+            ${["darkest", "brightest"].map((name) => html`<span key=${name}><img src=${`/v1/jobs/${job}/${name}.png`} alt=${`The ${name} that the material could be in ${next ? "the next" : "the first"} picture`} />${name}</span>`)}
+          </div>
+          <p>The darkest and the brightest that each pixel of ${next ? "the next" : "the first"} picture could be: 5 and 95 % of the materials that match.</p>`
+        }
         ${next && html`<p data-testid="found-next">Next picture: ${nextInWords(next)}. Expected error with it: ${errorInWords(next.e_log)}. <a class="link" href=${scene} download="next.json">Its scene</a></p>`}
       </figcaption>
     </figure>
