@@ -209,6 +209,7 @@ export async function photo(app, step, shot, base) {
     const [, rmse, flip] = await row.getByRole("cell").allInnerTexts();
     console.log(`a fit with RMSE ${rmse}, FLIP ${flip}`);
     assert.ok(Number(flip) < 0.2, `FLIP ${flip}`);
+    await app.drawn("found-extremes", 2);
     await app.id("found-corrections").getByText("light 1 to the right").waitFor();
     const [view] = (await app.api(`/v1/targets/${stated.id}`)).views;
     // A ball shows only the angle between light and camera.
@@ -217,6 +218,8 @@ export async function photo(app, step, shot, base) {
     console.log(`light off by ${off.map((each) => each.toFixed(2)).join(" degrees, then ")} degrees`);
     assert.ok(off[1] < 5, `light off by ${off}`);
     await shot("74-photo-found");
+    await app.id("found-extremes").scrollIntoViewIfNeeded();
+    await shot("74-photo-open");
   });
 
   await step("turns a photograph upright as its camera says, and reads the lens", async () => {
