@@ -16,7 +16,7 @@ use crate::{Population, Probe};
 /// Sizes (units, terms) of the family of lobes that are tried.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// First byte of a checkpoint. Increase it whenever a strategy changes its results.
-const VERSION: u8 = 10;
+const VERSION: u8 = 11;
 
 /// Inputs of a search besides its samples.
 #[derive(Debug, Clone, PartialEq)]

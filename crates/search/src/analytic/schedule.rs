@@ -18,7 +18,7 @@ use super::kept::{Finished, Kept};
 use super::recover::random_point;
 use super::refine::Plan;
 use super::residual::{Space, Workspace};
-use super::vary::{from_genome, in_form, perturbed, with_second_model};
+use super::vary::{from_genome, in_form, perturbed, with_one_model, with_second_model};
 use crate::Progress;
 use crate::levenberg_marquardt::Solution;
 use crate::method::is_held_back;
@@ -235,7 +235,9 @@ impl Analytic {
                         Some(form) => in_form(parent, form),
                         None => perturbed(parent, &mut stream),
                     },
-                    4 | 5 if !kinds.is_empty() => with_second_model(parent, kinds, &mut stream)
+                    // A sum may have led one of its models to a place where it suffices alone.
+                    4 | 5 => with_one_model(parent, &mut stream)
+                        .or_else(|| with_second_model(parent, kinds, &mut stream))
                         .unwrap_or_else(|| perturbed(parent, &mut stream)),
                     6 => match parent.space.form.to_anisotropic() {
                         Some(form) if !self.is_isotropic => in_form(parent, form),

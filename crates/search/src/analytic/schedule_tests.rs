@@ -57,6 +57,19 @@ fn analytic_finds_the_right_kind() {
 }
 
 #[test]
+fn a_sum_is_shortened_when_one_of_its_models_suffices() {
+    let sum = vec![conductor(), Model::new(ModelKind::Ward)];
+    let given = [Form::genome(sum).unwrap()];
+    let mut fit = Analytic::new(&samples(&[conductor()]), Vec::new(), &given, 4);
+    for _ in 0..3 {
+        fit.step();
+    }
+    let best = &fit.kept[0];
+    assert_eq!(best.space.form.lobes().len(), 1);
+    assert!(best.space.form.has(ModelKind::Conductor) && best.held < 1e-9, "{}", best.held);
+}
+
+#[test]
 fn sum_of_two_models_fits_better_than_one() {
     let coat = glass().with("roughness", &[0.08]).unwrap();
     let base = Model::new(ModelKind::Ward).with("alpha_x", &[0.5]).unwrap();

@@ -42,13 +42,29 @@ pub(super) fn in_form(parent: &Kept, form: Form) -> (Space, Solution<Vec<f64>>) 
     (Space::new(form), Solution::new(x))
 }
 
-/// A fit with a second model at a random point; `None` if it already has two models.
+/// One of a fit's two models with its parameter values; `None` if the fit has one model.
+pub(super) fn with_one_model(
+    parent: &Kept,
+    stream: &mut Stream,
+) -> Option<(Space, Solution<Vec<f64>>)> {
+    let models = parent.space.models(&parent.fit.point);
+    if models.len() < 2 {
+        return None;
+    }
+    let model = &models[stream.below(models.len() as u32) as usize];
+    let form = Form::of(model);
+    let x = form.place(std::slice::from_ref(model));
+    Some((Space::new(form), Solution::new(x)))
+}
+
+/// A fit with a second model at a random point; `None` if it already has two models, or there is
+/// no kind to choose from.
 pub(super) fn with_second_model(
     parent: &Kept,
     kinds: &[ModelKind],
     stream: &mut Stream,
 ) -> Option<(Space, Solution<Vec<f64>>)> {
-    if parent.space.form.lobes().len() > 1 {
+    if parent.space.form.lobes().len() > 1 || kinds.is_empty() {
         return None;
     }
     let kind = kinds[stream.below(kinds.len() as u32) as usize];
