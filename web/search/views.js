@@ -359,6 +359,12 @@ export const PIXEL_STATUSES = [
     words: "Light or eye is near the horizon",
   },
   {
+    status: "outlier",
+    name: "outliers",
+    color: "#f06292",
+    words: "Differs from its neighbours by more than noise, as dust does",
+  },
+  {
     status: "half_lit",
     name: "partly in shadow",
     color: "#1e88e5",

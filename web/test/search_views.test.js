@@ -158,6 +158,7 @@ test("pixelStatuses lists statuses that occur, in a fixed order", () => {
     half_lit: 0,
     several_lights: 0,
     grazing: 0,
+    outlier: 0,
   });
   assert.deepEqual(
     pixelStatuses(counts).map(({ name, color, count }) => [name, color, count]),
@@ -167,7 +168,7 @@ test("pixelStatuses lists statuses that occur, in a fixed order", () => {
       ["at edges", "#ffb300", 1],
     ],
   );
-  assert.equal(new Set(PIXEL_STATUSES.map(({ color }) => color)).size, 9);
+  assert.equal(new Set(PIXEL_STATUSES.map(({ color }) => color)).size, 10);
   assert.deepEqual(
     [
       share(60, 100),

@@ -280,6 +280,7 @@ fn color(status: PixelStatus) -> [u8; 3] {
         PixelStatus::Edge => [0xff, 0xb3, 0x00],
         PixelStatus::Clipped => [0xe5, 0x39, 0x35],
         PixelStatus::Grazing => [0x8e, 0x24, 0xaa],
+        PixelStatus::Outlier => [0xf0, 0x62, 0x92],
         PixelStatus::HalfLit => [0x1e, 0x88, 0xe5],
         PixelStatus::SeveralLights => [0x00, 0xac, 0xc1],
         PixelStatus::Unlit => [0x6d, 0x4c, 0x41],

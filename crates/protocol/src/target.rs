@@ -242,4 +242,8 @@ pub struct TargetPixels {
     pub several_lights: u64,
     /// Grazing: the cosine of the light or view direction is below 0.01.
     pub grazing: u64,
+    /// Outliers: differ from their neighbours by more than noise does, as dust, scratches and hot
+    /// pixels do.
+    #[serde(default)]
+    pub outlier: u64,
 }

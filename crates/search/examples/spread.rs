@@ -3,30 +3,20 @@
 //! others.
 //!
 //! `cargo run --release -p brood-search --example spread -- STEP FILE.json ...`: the files hold the
-//! weights of neural materials, of which every STEP-th is photographed. These materials inform the
-//! prior too, each by less than a hundredth.
+//! weights of neural materials, of which every STEP-th is photographed. The prior is that of the
+//! others.
 
-use std::error::Error;
-use std::sync::Arc;
+mod photographed;
 
 use brood_brdf::{Brdf, DirectionPair, Neural};
-use brood_eval::{encode_exr, shade_brdf};
-use brood_light::LightAssets;
-use brood_mesh::{BuiltinMesh, Mesh};
-use brood_program::Program;
-use brood_scene::{ClipFrom, PictureSize, PixelArea, Raster, Refine, SampleSet, Sampling, Scene};
-use brood_search::{Options, Search, Spread, SpreadMap};
-use brood_target::{
-    KnownView, MeasuredTarget, Pictures, Samples, Strategy, ViewSetup, draw_pairs, metric,
-};
+use brood_scene::Scene;
+use brood_search::analytic::PriorMaterials;
+use brood_search::{Spread, SpreadMap};
+use brood_target::{Samples, draw_pairs};
+use photographed::{Failure, error, scene, searched};
 
-const SIZE_PX: PictureSize = PictureSize { width: 64, height: 64 };
-const LAMPS: [[f64; 3]; 3] = [[-2.0, 3.0, 4.0], [3.5, 1.0, 2.5], [0.3, 0.6, 5.0]];
-const GENERATIONS: usize = 3;
 /// Number of other second pictures.
 const OTHERS: usize = 5;
-
-type Failure = Box<dyn Error + Send + Sync>;
 
 fn main() -> Result<(), Failure> {
     let mut arguments = std::env::args().skip(1);
@@ -39,8 +29,7 @@ fn main() -> Result<(), Failure> {
         let all = all["materials"].as_object().ok_or("the file has no materials")?;
         for (index, name) in all.keys().enumerate().step_by(step) {
             let material = Neural::read(&bytes, name)?;
-            let lamp = LAMPS[index / step % LAMPS.len()];
-            let found = measured(&material, lamp)?;
+            let found = measured(&material, name, &scene(index / step)?)?;
             let [before, advised, random] = found.with_next;
             println!(
                 "{name}: error over all directions {before:.4}, with the advised picture {advised:.4}, with another {random:.4}; {:.0} % within the spread, error {:.4}, spread {:.4}; seen {:.0} %",
@@ -89,18 +78,16 @@ struct Measured {
     with_next: [f64; 3],
 }
 
-fn measured(material: &dyn Brdf, lamp: [f64; 3]) -> Result<Measured, Failure> {
-    let scene: Scene = serde_json::from_str(&format!(
-        r#"{{"camera": {{"eye": [0, 0.6, 5], "fov_y_deg": 26}}, "lights": [{{"kind": "point", "position": {lamp:?}}}]}}"#
-    ))?;
-    let (pictures, target, search) = searched(material, &[&scene])?;
+fn measured(material: &dyn Brdf, name: &str, scene: &Scene) -> Result<Measured, Failure> {
+    let prior = || PriorMaterials::Without(name.to_owned());
+    let (pictures, target, search) = searched(material, &[scene], prior())?;
     let spread = Spread::of(&search).ok_or("the search has no spread")?;
     let all = spread.next_pictures(&pictures.views[0])?;
     // Evenly from the list, which is sorted by what they would tell.
     let others = (0..OTHERS).map(|k| &all[(2 * k + 1) * all.len() / (2 * OTHERS)].scene);
     // A picture with too few lit pixels tells nothing.
     let before = error(material, &search);
-    let after = |next: &Scene| match searched(material, &[&scene, next]) {
+    let after = |next: &Scene| match searched(material, &[scene, next], prior()) {
         Ok((_, _, search)) => error(material, &search),
         Err(_) => before,
     };
@@ -152,51 +139,4 @@ fn is_seen(map: &SpreadMap, pair: &DirectionPair) -> bool {
 #[expect(clippy::cast_possible_truncation, reason = "compared at the precision of programs")]
 fn logs(samples: &Samples) -> Vec<f32> {
     samples.weighted().as_flattened().iter().map(|f| f.max(0.0).ln_1p() as f32).collect()
-}
-
-/// Searches for the material of pictures in these scenes.
-fn searched(
-    material: &dyn Brdf,
-    scenes: &[&Scene],
-) -> Result<(Pictures, MeasuredTarget, Search), Failure> {
-    let views = scenes.iter().map(|scene| photographed(material, scene));
-    let (pictures, target) =
-        Pictures::gather(views.collect::<Result<Vec<_>, _>>()?.into_iter().map(Ok))?;
-    let options =
-        Options { strategy: Strategy::Analytic, seed: 1, is_mirrored: true, ..Options::default() };
-    let mut search = Search::new(&target.fitted, &options);
-    for _ in 0..GENERATIONS {
-        search.step();
-    }
-    Ok((pictures, target, search))
-}
-
-/// E_log of the best over all directions.
-fn error(material: &dyn Brdf, search: &Search) -> f64 {
-    let pairs = draw_pairs(2000, 9);
-    let best = search.best().expect("the search has run");
-    let found = Samples::of_program(&Program::lower(&best.genome), pairs.clone());
-    let found = found.expect("the CPU runs every program");
-    metric::e_log(&Samples::of(material, pairs).weighted(), &found.weighted())
-}
-
-/// A picture of the material, read.
-fn photographed(material: &dyn Brdf, scene: &Scene) -> Result<(KnownView, Samples), Failure> {
-    let mesh = Arc::new(Mesh::builtin(BuiltinMesh::Sphere));
-    let sampling = Sampling::Adaptive;
-    let raster = Raster { size_px: SIZE_PX, sampling, area: PixelArea::whole(SIZE_PX) };
-    let set = SampleSet::render_with_assets(&*mesh, scene, &LightAssets::default(), raster);
-    let picture = encode_exr(&shade_brdf(&set, material))?;
-    let setting = ViewSetup {
-        scene: scene.clone(),
-        mesh,
-        assets: LightAssets::default(),
-        sampling,
-        is_gain_unknown: false,
-        clip_from: ClipFrom::Off,
-        crop: None,
-        is_held_out: false,
-        refine: Refine::default(),
-    };
-    Ok(KnownView::read(setting, &picture, None)?)
 }

@@ -29,6 +29,7 @@ mod vary;
 
 pub use form::{Form, LobeForm};
 pub(crate) use posterior::OPEN_INDEPENDENT;
+pub use prior::PriorMaterials;
 pub use recover::{Recovered, Recovery};
 pub(crate) use residual::{ROW, Space, Workspace};
 pub use schedule::{Analytic, default_kinds};

@@ -130,12 +130,14 @@ fn clipped_highlight_bounds_the_fit_from_below() {
     assert!(centres.lower_bounds().len() > 10, "{}", centres.lower_bounds().len());
     assert!(view.counts().clipped as usize >= centres.lower_bounds().len());
     let unbounded = Samples::new(centres.pairs().to_vec(), centres.values().to_vec());
-    for strategy in [Strategy::Lobes, Strategy::Analytic] {
+    for (strategy, generations) in
+        [(Strategy::Lobes, 3), (Strategy::Analytic, 3), (Strategy::Gp, 40)]
+    {
         // Least ratio of the found f to the lower bounds of the clipped pixels.
         let reached = |samples_to_fit: &Samples| {
             let options = Options { strategy, seed: 2, is_mirrored: true, ..Options::default() };
             let mut search = Search::new(samples_to_fit, &options);
-            (0..3).for_each(|_| {
+            (0..generations).for_each(|_| {
                 search.step();
             });
             let outcome = search.finish().unwrap();

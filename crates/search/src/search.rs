@@ -5,7 +5,7 @@ use brood_genome::{Genome, ModelKind};
 use brood_target::{Objective, Samples, Strategy};
 use serde::{Deserialize, Serialize};
 
-use crate::analytic::{Analytic, default_kinds};
+use crate::analytic::{Analytic, PriorMaterials, default_kinds};
 use crate::gp::Gp;
 use crate::hybrid::Hybrid;
 use crate::kept::{Kept, KeptState, Reported};
@@ -118,6 +118,13 @@ impl Search {
     #[must_use]
     pub fn with_kinds(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Self {
         Self::of(Box::new(analytic(samples, options, kinds)))
+    }
+
+    /// Creates a search of [`Strategy::Analytic`] with a prior by these materials, which
+    /// [`Search::resume`] does not restore.
+    #[must_use]
+    pub fn with_prior(samples: &Samples, options: &Options, materials: PriorMaterials) -> Self {
+        Self::of(Box::new(analytic(samples, options, default_kinds()).with_prior(materials)))
     }
 
     /// Creates a search of [`Strategy::Gp`] with the given population parameters, which

@@ -2,9 +2,9 @@
 //! and `generation_parent`. Independent of how children are bred.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use brood_genome::{GenomeHash, ModelKind};
 use brood_protocol::{
     BreedOptions, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
 };
@@ -60,18 +60,10 @@ pub struct NewIndividual {
     pub id: IndividualId,
     /// Slot in the brood, from 0.
     pub slot: u32,
-    /// Content hash of the genome.
-    pub hash: GenomeHash,
-    /// Canonical bytes of the genome.
-    pub genome_bytes: Vec<u8>,
-    /// Hash of the program.
-    pub program_hash: [u8; 32],
+    /// Genome, shared with other individuals that have it.
+    pub genome: Arc<NewGenome>,
     /// Origin: `random`, `mutate`, `recombine`, `adopt` or `fit`.
     pub operator: &'static str,
-    /// Number of live instructions.
-    pub live_instructions: u32,
-    /// Models of the genome's layers, lowest first.
-    pub layers: Vec<ModelKind>,
     /// Number of draws for this slot, at least 1.
     pub attempts: u32,
     /// True if no draw gave a program that differs from those of its parents and siblings.
@@ -91,13 +83,13 @@ impl NewIndividual {
             id: self.id,
             lineage,
             generation,
-            hash: self.hash,
-            program_hash: self.program_hash,
+            hash: self.genome.hash,
+            program_hash: self.genome.program_hash,
             slot: self.slot,
             parents: parents.to_vec(),
             operator: self.operator.to_owned(),
-            live_instructions: self.live_instructions,
-            layers: self.layers.clone(),
+            live_instructions: self.genome.live_instructions,
+            layers: self.genome.layers.clone(),
             attempts: self.attempts,
             twin: self.twin,
             favourite: false,
@@ -236,7 +228,8 @@ pub(crate) async fn insert(
     }
     let index = insert_row(conn, &new).await?;
     insert_parents(conn, new.id, &new.parents).await?;
-    genome::insert(conn, &genomes(&new.individuals)).await?;
+    let genomes: Vec<_> = new.individuals.iter().map(|child| child.genome.clone()).collect();
+    genome::insert(conn, &genomes).await?;
     insert_individuals(conn, &new).await?;
     picture::insert(conn, &new.pictures).await?;
     if let Some(job) = &new.job {
@@ -326,23 +319,12 @@ async fn insert_individuals(
             .push_bind(new.lineage.key())
             .push_bind(new.id.key())
             .push_bind(child.slot)
-            .push_bind(child.hash.key())
+            .push_bind(child.genome.hash.key())
             .push_bind(child.operator)
             .push_bind(child.attempts)
             .push_bind(child.twin);
     })
     .await
-}
-
-fn genomes(individuals: &[NewIndividual]) -> Vec<NewGenome> {
-    let genome = |child: &NewIndividual| NewGenome {
-        hash: child.hash,
-        bytes: child.genome_bytes.clone(),
-        program_hash: child.program_hash,
-        live_instructions: child.live_instructions,
-        layers: child.layers.clone(),
-    };
-    individuals.iter().map(genome).collect()
 }
 
 /// Returns what reading the generation back would return, without the read.

@@ -1,6 +1,7 @@
 //! Genomes by content hash. Owner of the table `genome`. Genomes are opaque bytes here, except for
 //! rows without the column `layers`, whose layers are decoded.
 
+use std::borrow::Borrow;
 use std::collections::HashMap;
 
 use brood_genome::{Genome, GenomeHash, ModelKind};
@@ -95,10 +96,14 @@ impl StoredGenome {
 }
 
 /// Inserts genomes. Existing ones are unchanged.
-pub(crate) async fn insert(conn: &mut SqliteConnection, genomes: &[NewGenome]) -> Result<()> {
+pub(crate) async fn insert<G: Borrow<NewGenome> + Sync>(
+    conn: &mut SqliteConnection,
+    genomes: &[G],
+) -> Result<()> {
     let head =
         "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text, bytes) ";
     insert_rows(conn, (head, " ON CONFLICT (hash) DO NOTHING"), genomes, |row, genome| {
+        let genome = genome.borrow();
         row.push_bind(genome.hash.key())
             .push_bind(genome.program_hash.as_slice())
             .push_bind(genome.live_instructions)

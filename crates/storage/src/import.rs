@@ -1,5 +1,7 @@
 //! Import of a whole lineage in one transaction. Independent of the format of lineage files.
 
+use std::sync::Arc;
+
 use brood_protocol::{IndividualId, Lineage, PatchIndividual};
 
 use crate::error::{Result, changed};
@@ -16,7 +18,7 @@ pub struct NewImport {
     /// The lineage.
     pub lineage: Lineage,
     /// Genomes of parents that are not among its individuals.
-    pub genomes: Vec<NewGenome>,
+    pub genomes: Vec<Arc<NewGenome>>,
     /// Generations, the oldest first.
     pub generations: Vec<NewGeneration>,
     /// Favourites and notes of its individuals.

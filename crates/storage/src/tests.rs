@@ -10,6 +10,8 @@ mod queue;
 mod removal;
 mod search;
 
+use std::sync::Arc;
+
 use brood_genome::{
     Dialect, GenomeHash, Locks, ModelKind, PaintingPalette, PaintingRegion, Start, Steer,
 };
@@ -92,12 +94,14 @@ fn child(slot: u32, genome_name: &str) -> NewIndividual {
     NewIndividual {
         id: IndividualId::fresh(),
         slot,
-        hash: genome(genome_name),
-        genome_bytes: format!("genome {genome_name}").into_bytes(),
-        program_hash: hash(&format!("program of {genome_name}")),
+        genome: Arc::new(NewGenome {
+            hash: genome(genome_name),
+            bytes: format!("genome {genome_name}").into_bytes(),
+            program_hash: hash(&format!("program of {genome_name}")),
+            live_instructions: 41,
+            layers: vec![ModelKind::Lambert],
+        }),
         operator: "mutate",
-        live_instructions: 41,
-        layers: vec![ModelKind::Lambert],
         attempts: 2,
         twin: false,
     }

@@ -8,6 +8,7 @@ mod clip;
 mod film;
 mod highlight;
 mod noise;
+mod outlier;
 mod pixel;
 mod refusal;
 mod soft;
@@ -16,8 +17,7 @@ use brood_eval::{LinearPicture, RadianceImage};
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
 use brood_scene::{
-    ClipFrom, ImageLayout, PictureSize, PixelArea, PixelSpan, Raster, Refine, SampleSet, Sampling,
-    Scene,
+    ClipFrom, ImageLayout, PixelArea, PixelSpan, Raster, Refine, SampleSet, Sampling, Scene,
 };
 
 use crate::measured::FEWEST;
@@ -28,7 +28,7 @@ pub use highlight::highlights;
 pub use pixel::{PixelCounts, PixelStatus};
 use pixel::{PixelReading, around, spans};
 pub use refusal::ImageTargetError;
-use refusal::SIDE;
+use refusal::{check, is_white};
 use soft::{MeanPixels, most_highlights, soft_light};
 
 /// Least value of both cosines.
@@ -191,14 +191,15 @@ impl ImageView {
         let layout = self.layout().clone();
         let spans = spans(&layout);
         let size = (layout.width as usize, layout.height as usize);
-        let (mut pairs, mut values, mut least) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut seen, mut least) = (Vec::new(), Vec::new());
         // Pixels that show means: over lights at the centre, and over points of highlights.
         let (mut several, mut within) = (MeanPixels::new(), MeanPixels::new());
-        // A pixel of one ray shows only its centre.
-        let is_highlight = match self.is_soft || layout.sampling == Sampling::Fixed(1) {
+        let is_highlight = match self.is_soft {
             true => vec![false; spans.len()],
             false => highlights(&self.set, most_highlights(lit.0)),
         };
+        // A pixel of one ray shows only its centre.
+        let is_mean = layout.sampling != Sampling::Fixed(1);
         let (in_mask, clips) = (&self.in_mask, &self.clips);
         for (pixel, span) in spans.into_iter().enumerate() {
             let coverage = layout.coverage[pixel];
@@ -223,15 +224,14 @@ impl ImageView {
             let known = self.least(pixel).map(|least| (least.radiance, least.is_known));
             let (radiance, is_known) = known.unwrap_or((self.target[pixel], [true; 3]));
             let shown = |centre| (pixel, PixelRadiance { radiance, is_known, centre });
-            let is_within = is_highlight[pixel];
+            let is_within = is_highlight[pixel] && is_mean;
             let status = match reading {
                 PixelReading::Unusable(status) => status,
                 PixelReading::Sample(pair, value) => {
                     if is_within {
                         within.push(shown(Some((pair, value))));
                     } else {
-                        pairs.push(pair);
-                        values.push(value);
+                        seen.push((pixel, pair, value));
                     }
                     PixelStatus::Used
                 }
@@ -255,6 +255,17 @@ impl ImageView {
             let (found, unlit) = soft::means(mesh, lit, layout.size_px, of);
             means.append(&found);
             unlit.into_iter().for_each(|pixel| self.statuses[pixel] = PixelStatus::Unlit);
+        }
+        // Highlights may be as small as dust is.
+        let is_outlier = outlier::outliers(&seen, size.0, self.statuses.len());
+        let (mut pairs, mut values) = (Vec::new(), Vec::new());
+        for ((pixel, pair, value), is_outlier) in seen.into_iter().zip(is_outlier) {
+            if is_outlier && !is_highlight[pixel] {
+                self.statuses[pixel] = PixelStatus::Outlier;
+            } else {
+                pairs.push(pair);
+                values.push(value);
+            }
         }
         self.counts = PixelCounts::of(&self.statuses);
         Samples::new(pairs, values).with_lower_bounds(least).with_means(means)
@@ -430,36 +441,6 @@ fn irradiance(set: &SampleSet, in_mask: impl Fn(usize) -> bool) -> Vec<Option<[f
         Some(set.irradiance().map(|channel| channel[at_centre.clone()].iter().sum()))
     };
     spans(layout).into_iter().enumerate().map(of).collect()
-}
-
-fn is_white(pixel: [f32; 3]) -> bool {
-    pixel.iter().all(|value| *value > 0.2)
-}
-
-/// Checks everything that needs no rays; returns the size of the picture.
-fn check(view: &View<'_>) -> Result<PictureSize, ImageTargetError> {
-    let LinearPicture { width, height, ref pixels, .. } = *view.picture;
-    let size_px = PictureSize { width, height };
-    if size_px.shorter() < SIDE {
-        return Err(ImageTargetError::Small(width, height));
-    }
-    if let Some(mask) = view.mask {
-        let mask_px = PictureSize { width: mask.width, height: mask.height };
-        if mask_px != size_px {
-            return Err(ImageTargetError::MaskSize { mask_px, size_px });
-        }
-        if !mask.pixels.iter().any(|pixel| is_white(*pixel)) {
-            return Err(ImageTargetError::MaskEmpty);
-        }
-    }
-    if let Some(at) = pixels.iter().position(|pixel| pixel.iter().any(|value| !value.is_finite())) {
-        let at = u32::try_from(at).expect("pictures have fewer pixels");
-        return Err(ImageTargetError::NotFinite(at % width, at / width));
-    }
-    match soft_light(view.scene) {
-        Some(light) if !view.refine.is_exact() => Err(ImageTargetError::Refine(light.kind())),
-        _ => Ok(size_px),
-    }
 }
 
 /// Joins the samples of several pictures.

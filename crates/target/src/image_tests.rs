@@ -3,6 +3,7 @@
 use brood_brdf::{DirectionPair, Model, ModelKind};
 use brood_eval::shade_brdf;
 use brood_mesh::BuiltinMesh;
+use brood_scene::PictureSize;
 
 use super::*;
 
@@ -55,8 +56,9 @@ fn pixels_give_the_reflectance_of_the_rendered_model() {
         assert!(counts.used as usize == samples.len() + means && counts.used > 300, "{counts}");
         assert!(means > 50, "{means} pixels are in the highlight");
         let PixelCounts { masked, background, edge, clipped, unlit, .. } = counts;
-        let PixelCounts { half_lit, several_lights, grazing, used, .. } = counts;
+        let PixelCounts { half_lit, several_lights, grazing, outlier, used, .. } = counts;
         let all = masked + background + edge + clipped + unlit + half_lit + several_lights;
+        assert_eq!(outlier, 0, "{counts}");
         assert_eq!(all + grazing + used, u64::from(SIDE_PX * SIDE_PX), "{counts}");
         let brdf = model.brdf();
         for (pair, value) in samples.pairs().iter().zip(samples.values()) {
@@ -193,6 +195,56 @@ fn highlights_narrower_than_a_pixel_are_means_over_it() {
     let picture = LinearPicture::from(&image);
     let given = View { sampling: Sampling::Fixed(1), ..view(&mesh, &scene, &assets, &picture) };
     assert!(ImageView::new(&given).unwrap().1.means().is_empty());
+}
+
+#[test]
+fn dust_is_left_out_and_noise_and_small_highlights_are_not() {
+    const SIDE_PX: u32 = 128;
+    let assets = LightAssets::default();
+    let scene = scene(r#"{"lights": [{"kind": "point", "position": [3, 3, 3]}]}"#);
+    for (mesh, kind, roughness, sampling, least) in [
+        (BuiltinMesh::Sphere, ModelKind::CookTorrance, 0.3, Sampling::Adaptive, 0.85),
+        (BuiltinMesh::Knob, ModelKind::CookTorrance, 0.05, Sampling::Fixed(1), 0.55),
+        (BuiltinMesh::Sphere, ModelKind::Conductor, 0.05, Sampling::Fixed(1), 0.85),
+    ] {
+        let mesh = Mesh::builtin(mesh);
+        let model = Model::new(kind).with("roughness", &[roughness]).unwrap();
+        let image = rendered_in(SIDE_PX.into(), &model, &mesh, &scene, sampling);
+        let mut picture = LinearPicture::from(&image);
+        let read = |picture: &LinearPicture| {
+            let given = View { sampling, ..view(&mesh, &scene, &assets, picture) };
+            ImageView::new(&given).unwrap().0
+        };
+        assert_eq!(read(&picture).counts().outlier, 0, "{kind} {roughness}");
+        // Noise of 3 %, uniform.
+        let mut state = 1u32;
+        for value in picture.pixels.as_flattened_mut() {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *value *= 1.0 + 0.03 * (2.0 * (state >> 8) as f32 / 16_777_216.0 - 1.0);
+        }
+        let clean = read(&picture);
+        assert!(clean.counts().outlier <= 2, "{kind} {roughness}: {}", clean.counts());
+        let is_used = |pixel: &usize| clean.statuses()[*pixel] == PixelStatus::Used;
+        let used: Vec<usize> = (0..clean.statuses().len()).filter(is_used).collect();
+        // Bright specks of a pixel and dark ones of 2 x 2.
+        let mut dust = Vec::new();
+        for (index, pixel) in used.iter().step_by(97).enumerate() {
+            let below = pixel + SIDE_PX as usize;
+            let (all, factor) = match index % 2 {
+                0 => (vec![*pixel], 4.0),
+                _ => (vec![*pixel, pixel + 1, below, below + 1], 0.2),
+            };
+            for pixel in all.into_iter().filter(is_used) {
+                picture.pixels[pixel] = picture.pixels[pixel].map(|value| value * factor);
+                dust.push(pixel);
+            }
+        }
+        let found = read(&picture);
+        let is_found = |pixel: &&usize| found.statuses()[**pixel] == PixelStatus::Outlier;
+        let (count, left_out) = (dust.iter().filter(is_found).count(), found.counts().outlier);
+        println!("{kind} {roughness}: {count} of {} found, {left_out} left out", dust.len());
+        assert!(count as f64 > least * dust.len() as f64 && left_out as usize <= count + 4);
+    }
 }
 
 #[test]

@@ -14,7 +14,7 @@ use brood_protocol::{
     Generation, GenerationId, IndividualId, JobId, Lineage, PictureKey, RenderJob, encode,
 };
 use brood_storage::{
-    CommitTimes, NewGeneration, NewIndividual, NewJob, NewPicture, Queue, StorageError,
+    CommitTimes, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, Queue, StorageError,
     StoredGeneration,
 };
 use futures::poll;
@@ -69,12 +69,14 @@ impl Brood {
             individuals.push(NewIndividual {
                 id,
                 slot: child.slot,
-                hash: child.hash,
-                genome_bytes: bytes,
-                program_hash: *child.program_hash.as_bytes(),
+                genome: Arc::new(NewGenome {
+                    hash: child.hash,
+                    bytes,
+                    program_hash: *child.program_hash.as_bytes(),
+                    live_instructions: child.live_instructions,
+                    layers: child.genome.layers().iter().map(Model::kind).collect(),
+                }),
                 operator,
-                live_instructions: child.live_instructions,
-                layers: child.genome.layers().iter().map(Model::kind).collect(),
                 attempts: child.attempts,
                 twin: child.twin,
             });
@@ -96,7 +98,7 @@ impl Brood {
             individuals: individuals
                 .iter()
                 .map(|new| {
-                    let program = ProgramHash::from_bytes(new.program_hash);
+                    let program = ProgramHash::from_bytes(new.genome.program_hash);
                     individual(new.stored(lineage.id, id, &parents), framed.key(program))
                 })
                 .collect(),

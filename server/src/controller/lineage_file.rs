@@ -144,7 +144,7 @@ pub async fn import(
         }
         for hash in super::scene::materials(&scene) {
             if let Some(genome) = genomes.get(&hash) {
-                app.store.put_genome(genome.clone()).await?;
+                app.store.put_genome((**genome).clone()).await?;
             }
         }
         app.library.meshes(&scene).await.map_err(|error| error.inside("/scene"))?;

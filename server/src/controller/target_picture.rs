@@ -66,7 +66,7 @@ pub struct TargetSceneQuery {
 /// Returns a map of pixel statuses of a target's picture.
 ///
 /// Colours: used #4caf50, masked #000000, background #30363d, edge #ffb300, clipped #e53935,
-/// grazing #8e24aa, half_lit
+/// grazing #8e24aa, outlier #f06292, half_lit
 /// #1e88e5, several_lights #00acc1, unlit #6d4c41.
 #[utoipa::path(get, path = "/v1/targets/{id}/views/{n}/pixels.png", operation_id = "get_target_pixels", tag = "jobs",
     params(("id" = TargetId, Path), ("n" = u32, Path)),

@@ -77,11 +77,12 @@ impl Method for Analytic {
 
     fn load(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
+        let prior = self.prior.clone();
         let kept = |KeptState { form, x, error, held, evidence }: KeptState| {
             if !form.is_sound() {
                 return None;
             }
-            let space = Space::new(form);
+            let space = Space::new(form, &prior);
             let fit = Solution { error, ..Solution::new(x) };
             (space.len() == fit.point.len()).then_some(Kept { space, fit, held, evidence })
         };

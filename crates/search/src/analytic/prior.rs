@@ -23,6 +23,28 @@ static FITS: LazyLock<Fits> = LazyLock::new(|| {
     serde_json::from_str(include_str!("prior.json")).expect("the prior is a table of numbers")
 });
 
+/// Measured materials whose fits make the prior.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum PriorMaterials {
+    /// All.
+    #[default]
+    All,
+    /// All but the one of this name.
+    Without(String),
+    /// None: every coordinate is as unknown as in a uniform distribution.
+    None,
+}
+
+impl PriorMaterials {
+    fn has(&self, name: &str) -> bool {
+        match self {
+            Self::All => true,
+            Self::Without(own) => own != name,
+            Self::None => false,
+        }
+    }
+}
+
 /// Materials that were fitted.
 const MATERIALS: usize = 118;
 /// Standard deviation of an unknown coordinate, as a share of its range. A uniform distribution has
@@ -46,8 +68,8 @@ pub(crate) struct Prior {
 }
 
 impl Prior {
-    /// Prior of a form; coordinates of different models are independent.
-    pub(super) fn of(form: &Form, coordinates: &[Coordinate]) -> Self {
+    /// Prior of a form by these materials; coordinates of different models are independent.
+    pub(super) fn of(form: &Form, coordinates: &[Coordinate], materials: &PriorMaterials) -> Self {
         let count = coordinates.len();
         let mut mean: Vec<f64> =
             coordinates.iter().map(|c| 0.5 * (c.bounds.0 + c.bounds.1)).collect();
@@ -58,13 +80,15 @@ impl Prior {
         let mut rarity = 0.0;
         for (index, lobe) in form.lobes().iter().enumerate() {
             let rows = lobe.kind().and_then(|kind| FITS.get(kind.name()));
-            let found = rows.map_or(0, BTreeMap::len);
+            let known = || rows.into_iter().flatten().filter(|(name, _)| materials.has(name));
+            let found = known().count();
             rarity -= 2.0 * libm::log((found + 1) as f64 / (MATERIALS + 1) as f64);
-            let Some(rows) = rows else { continue };
+            if found == 0 {
+                continue;
+            }
             let own: Vec<usize> = (0..count).filter(|k| coordinates[*k].lobe == index).collect();
-            let points: Vec<Vec<f64>> = rows
-                .values()
-                .map(|values| {
+            let points: Vec<Vec<f64>> = known()
+                .map(|(_, values)| {
                     own.iter().map(|k| coordinates[*k].of(values[coordinates[*k].at])).collect()
                 })
                 .collect();
@@ -159,7 +183,7 @@ mod tests {
         for kind in default_kinds() {
             let form = Form::one(kind);
             let coordinates = form.coordinates();
-            let prior = Prior::of(&form, &coordinates);
+            let prior = Prior::of(&form, &coordinates, &PriorMaterials::All);
             let sum: f64 = (0..COUNT)
                 .map(|slot| {
                     let key = BirthKey { seed: 3, slot, attempt: 0 };
@@ -175,7 +199,7 @@ mod tests {
     fn conductors_like_metals_are_more_probable_than_others() {
         let form = Form::one(ModelKind::Conductor);
         let coordinates = form.coordinates();
-        let prior = Prior::of(&form, &coordinates);
+        let prior = Prior::of(&form, &coordinates, &PriorMaterials::All);
         let distance = |eta: f64, k: f64| {
             let model = brood_brdf::Model::new(ModelKind::Conductor);
             let model = model.with("eta", &[eta; 3]).unwrap().with("k", &[k; 3]).unwrap();
@@ -186,10 +210,27 @@ mod tests {
     }
 
     #[test]
+    fn a_material_that_is_left_out_makes_no_difference_to_other_kinds() {
+        let of = |kind, materials: &PriorMaterials| {
+            let form = Form::one(kind);
+            let coordinates = form.coordinates();
+            Prior::of(&form, &coordinates, materials)
+        };
+        let without = PriorMaterials::Without("chrome".to_owned());
+        for kind in default_kinds() {
+            let has = FITS.get(kind.name()).is_some_and(|rows| rows.contains_key("chrome"));
+            let (all, left) = (of(kind, &PriorMaterials::All), of(kind, &without));
+            assert_eq!(all.mean != left.mean, has, "{kind}");
+            let none = of(kind, &PriorMaterials::None);
+            assert!(none.rarity >= left.rarity && left.rarity >= all.rarity, "{kind}");
+        }
+    }
+
+    #[test]
     fn shrinkage_is_that_of_a_diagonal_matrix() {
         let form = Form::one(ModelKind::Lambert);
         let coordinates = form.coordinates();
-        let prior = Prior::of(&form, &coordinates);
+        let prior = Prior::of(&form, &coordinates, &PriorMaterials::All);
         // No fit has this kind: coordinates are independent.
         let sigma = WIDE * range(&coordinates[0]);
         let mut hessian = vec![0.0; 9];

@@ -1,6 +1,8 @@
 //! Inverse rendering: recovers the parameters of a model of known form from samples, by random
 //! starts.
 
+use std::sync::Arc;
+
 use brood_brdf::Model;
 use brood_genome::{BirthKey, Operator, Stream};
 use brood_target::Samples;
@@ -55,7 +57,7 @@ impl Recovery {
         let few = Batch::new(samples, &pick_samples(samples, &all, FEW)).with_lower_bounds(samples);
         let many =
             Batch::new(samples, &pick_samples(samples, &all, MANY)).with_lower_bounds(samples);
-        Self { space: Space::new(form), few, many, enough }
+        Self { space: Space::new(form, &Arc::default()), few, many, enough }
     }
 
     /// Recovers a model from random start `number`, and from further starts if that one fails.
@@ -138,7 +140,7 @@ mod tests {
     fn truth(kind: ModelKind, number: u32) -> Model {
         let key = BirthKey { seed: 77, slot: number, attempt: 0 };
         let mut stream = Stream::new(key, Operator::RandomLayers);
-        let space = Space::new(Form::one(kind));
+        let space = Space::new(Form::one(kind), &Arc::default());
         space.models(&random_point(&space, &mut stream)).remove(0)
     }
 

@@ -9,7 +9,7 @@ use brood_genome::Stream;
 use super::albedo::{Albedos, Nodes, is_coarse_enough, residual};
 use super::batch::{Batch, Lanes, Means};
 use super::coordinate::Coordinate;
-use super::prior::Prior;
+use super::prior::{Prior, PriorMaterials};
 use super::{Form, LANES};
 use crate::levenberg_marquardt::NormalEquations;
 
@@ -29,6 +29,8 @@ pub(crate) struct Space {
     pub(super) form: Form,
     pub(crate) coordinates: Vec<Coordinate>,
     pub(crate) prior: Arc<Prior>,
+    /// Materials that made the prior.
+    materials: Arc<PriorMaterials>,
 }
 
 /// Buffers and tables that are reused between evaluations.
@@ -45,10 +47,15 @@ pub(crate) struct Workspace {
 }
 
 impl Space {
-    pub(super) fn new(form: Form) -> Self {
+    pub(super) fn new(form: Form, materials: &Arc<PriorMaterials>) -> Self {
         let coordinates = form.coordinates();
-        let prior = Arc::new(Prior::of(&form, &coordinates));
-        Self { form, coordinates, prior }
+        let prior = Arc::new(Prior::of(&form, &coordinates, materials));
+        Self { form, coordinates, prior, materials: materials.clone() }
+    }
+
+    /// The space of another form, with a prior by the same materials.
+    pub(super) fn of_form(&self, form: Form) -> Self {
+        Self::new(form, &self.materials)
     }
 
     pub(crate) fn len(&self) -> usize {

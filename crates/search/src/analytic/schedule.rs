@@ -15,6 +15,7 @@ use super::albedo::{Albedos, Precision};
 use super::batch::{Batch, pick_means, pick_samples};
 use super::evolve::{Start, evolve};
 use super::kept::{Finished, Kept};
+use super::prior::PriorMaterials;
 use super::recover::random_point;
 use super::refine::Plan;
 use super::residual::{Space, Workspace};
@@ -79,6 +80,7 @@ pub struct Analytic {
     /// Training and validation samples.
     whole: Batch,
     albedos: Arc<Albedos>,
+    pub(super) prior: Arc<PriorMaterials>,
     pub(super) generation: u32,
     pub(super) evaluations: u64,
     /// Mean square below which fits are equally good.
@@ -132,11 +134,18 @@ impl Analytic {
             whole: Batch::new(samples, &all).with_lower_bounds(samples).with_means(means.clone()),
             is_isotropic: means.is_isotropic(),
             albedos: Arc::new(Albedos::new()),
+            prior: Arc::default(),
             generation: 0,
             evaluations: 0,
             equal,
             kept: Vec::new(),
         }
+    }
+
+    /// The same with a prior by these materials.
+    #[must_use]
+    pub fn with_prior(self, materials: PriorMaterials) -> Self {
+        Self { prior: Arc::new(materials), ..self }
     }
 
     /// Runs one generation.
@@ -185,7 +194,7 @@ impl Analytic {
         let started: Vec<(Space, Solution<Vec<f64>>, f64)> = slots
             .into_par_iter()
             .map_init(Workspace::new, |workspace, (slot, kind)| {
-                let space = Space::new(Form::one(kind));
+                let space = Space::new(Form::one(kind), &self.prior);
                 let stream = &mut self.stream(slot);
                 let x = match slot % STARTS {
                     0 => space.form.place(&[Model::new(kind)]),
@@ -198,7 +207,11 @@ impl Analytic {
             .collect();
         let is_comparable =
             |(space, _): &(Space, _)| !(self.is_isotropic && space.form.is_anisotropic());
-        let given = self.given.iter().filter_map(from_genome).filter(is_comparable);
+        let given = self
+            .given
+            .iter()
+            .filter_map(|given| from_genome(given, &self.prior))
+            .filter(is_comparable);
         let given = given.collect::<Vec<_>>();
         let mut better = Vec::new();
         for part in started.chunks(STARTS as usize) {
@@ -245,7 +258,7 @@ impl Analytic {
                     },
                     _ if !kinds.is_empty() => {
                         let kind = kinds[stream.below(kinds.len() as u32) as usize];
-                        let space = Space::new(Form::one(kind));
+                        let space = parent.space.of_form(Form::one(kind));
                         let x = random_point(&space, &mut stream);
                         (space, Solution::new(x))
                     }

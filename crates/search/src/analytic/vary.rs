@@ -1,17 +1,23 @@
 //! Starting points of fits: given genomes in the first generation; perturbed fits and fits in
 //! another form later.
 
+use std::sync::Arc;
+
 use brood_brdf::ModelKind;
 use brood_genome::{Genome, Stream};
 
 use super::kept::Kept;
+use super::prior::PriorMaterials;
 use super::recover::random_point;
 use super::residual::Space;
 use super::{Form, LobeForm};
 use crate::levenberg_marquardt::Solution;
 
 /// Starting point with the models of a genome; `None` unless it consists of one or two models.
-pub(super) fn from_genome(genome: &Genome) -> Option<(Space, Solution<Vec<f64>>)> {
+pub(super) fn from_genome(
+    genome: &Genome,
+    materials: &Arc<PriorMaterials>,
+) -> Option<(Space, Solution<Vec<f64>>)> {
     let layers = genome.layers();
     let (first, rest) = layers.split_first()?;
     if !genome.instructions().is_empty() || rest.len() > 1 {
@@ -21,7 +27,7 @@ pub(super) fn from_genome(genome: &Genome) -> Option<(Space, Solution<Vec<f64>>)
     let form =
         rest.first().map_or(form.clone(), |second| form.with(Form::of(second).lobes()[0].clone()));
     let x = form.place(layers);
-    Some((Space::new(form), Solution::new(x)))
+    Some((Space::new(form, materials), Solution::new(x)))
 }
 
 /// A fit with one to three of its coordinates perturbed.
@@ -39,7 +45,7 @@ pub(super) fn perturbed(parent: &Kept, stream: &mut Stream) -> (Space, Solution<
 /// A fit's parameter values in another form of the same kinds.
 pub(super) fn in_form(parent: &Kept, form: Form) -> (Space, Solution<Vec<f64>>) {
     let x = form.place(&parent.space.models(&parent.fit.point));
-    (Space::new(form), Solution::new(x))
+    (parent.space.of_form(form), Solution::new(x))
 }
 
 /// One of a fit's two models with its parameter values; `None` if the fit has one model.
@@ -54,7 +60,7 @@ pub(super) fn with_one_model(
     let model = &models[stream.below(models.len() as u32) as usize];
     let form = Form::of(model);
     let x = form.place(std::slice::from_ref(model));
-    Some((Space::new(form), Solution::new(x)))
+    Some((parent.space.of_form(form), Solution::new(x)))
 }
 
 /// A fit with a second model at a random point; `None` if it already has two models, or there is
@@ -69,7 +75,7 @@ pub(super) fn with_second_model(
     }
     let kind = kinds[stream.below(kinds.len() as u32) as usize];
     let form = parent.space.form.with(LobeForm::new(kind));
-    let space = Space::new(form);
+    let space = parent.space.of_form(form);
     let mut x = random_point(&space, stream);
     x[..parent.fit.point.len()].copy_from_slice(&parent.fit.point);
     Some((space, Solution::new(x)))

@@ -1,12 +1,13 @@
 //! Samples by which genomes are evaluated: training and validation samples, a small subset for
-//! solving scale and offset, pairs of directions at which f is bounded, and the energy limit.
+//! solving scale and offset, lower bounds of clipped pixels, pairs of directions at which f is
+//! bounded, and the energy limit.
 
 use brood_brdf::DirectionPair;
 use brood_eval::{FitnessTarget, Loss};
 use brood_genome::Genome;
 use brood_program::Program;
 use brood_scene::SampleSet;
-use brood_target::{MeasuredTarget, Samples, narrow_pairs};
+use brood_target::{LowerBound, MeasuredTarget, Samples, narrow_pairs};
 
 use super::albedo::Albedos;
 use crate::found::limited;
@@ -16,7 +17,7 @@ use crate::method::is_held_back;
 pub(super) const FEW: usize = 256;
 /// Number of pairs in regions with few samples.
 const NARROW: usize = 512;
-/// Upper bound there, as a multiple of the largest sample.
+/// Upper bound there, as a multiple of the largest sample or lower bound.
 const MARGIN: f64 = 1.5;
 
 /// Samples of a genetic search.
@@ -27,6 +28,8 @@ pub(super) struct Cases {
     pub(super) few: TargetSamples,
     /// Validation samples.
     pub(super) held: TargetSamples,
+    /// Lower bounds, at most about as many as training samples; `None` if there are none.
+    pub(super) bounds: Option<Bounds>,
     /// Pairs in regions with few samples.
     pub(super) narrow: SampleSet,
     /// Upper bound of f at the pairs of `narrow`.
@@ -45,18 +48,27 @@ pub(super) struct TargetSamples {
     pub(super) log_weighted: Vec<[f64; 3]>,
 }
 
+/// Pairs for which only a lower bound of f is known, in some channels.
+pub(super) struct Bounds {
+    pub(super) set: SampleSet,
+    rows: Vec<LowerBound>,
+}
+
 impl Cases {
     pub(super) fn new(samples: &Samples, seed: u64) -> Self {
         let indices =
             |is_held: bool| (0..samples.len()).filter(move |at| is_held_back(*at) == is_held);
         let fitted: Vec<usize> = indices(false).collect();
         let step = fitted.len().div_ceil(FEW).max(1);
+        let below = samples.lower_bounds().iter().flat_map(|bound| bound.f);
+        let largest = below.fold(samples.largest(), f64::max);
         Self {
             target: target(samples, &fitted, seed),
             few: TargetSamples::new(samples, fitted.iter().copied().step_by(step)),
             held: TargetSamples::new(samples, indices(true)),
+            bounds: Bounds::new(samples, fitted.len()),
             narrow: SampleSet::from_pairs(&narrow_pairs(NARROW, seed), &[]),
-            ceiling: (MARGIN * samples.largest()).min(MeasuredTarget::LARGEST),
+            ceiling: (MARGIN * largest).min(MeasuredTarget::LARGEST),
             albedos: Albedos::new(),
         }
     }
@@ -88,6 +100,36 @@ fn target(samples: &Samples, fitted: &[usize], seed: u64) -> FitnessTarget {
     FitnessTarget::new(&set, rows, [&cosine; 3], Loss::Logarithmic, seed)
         .expect("a target's samples are within the machine's range")
         .hardest_first()
+}
+
+impl Bounds {
+    fn new(samples: &Samples, most: usize) -> Option<Self> {
+        let all = samples.lower_bounds();
+        let step = all.len().div_ceil(most.max(1)).max(1);
+        let rows: Vec<LowerBound> = all.iter().step_by(step).copied().collect();
+        let pairs: Vec<DirectionPair> = rows.iter().map(|row| row.pair).collect();
+        (!rows.is_empty()).then(|| Self { set: SampleSet::from_pairs(&pairs, &[]), rows })
+    }
+
+    /// Sum over pairs and channels of the squared differences of log2(1 + f cos_i), where f is
+    /// known or below its bound.
+    ///
+    /// # Shapes
+    /// `values` is f by channel and pair.
+    pub(super) fn sum(&self, values: &[f32]) -> f64 {
+        let count = self.rows.len();
+        let of = |(at, row): (usize, &LowerBound)| -> f64 {
+            let cos_i = row.pair.cos_i();
+            let off = |channel: usize| {
+                let found = f64::from(values[channel * count + at]);
+                let off = libm::log1p(found * cos_i) - libm::log1p(row.f[channel] * cos_i);
+                let off = if row.is_known[channel] { off } else { off.min(0.0) };
+                (off * std::f64::consts::LOG2_E).powi(2)
+            };
+            (0..3).map(off).sum()
+        };
+        self.rows.iter().enumerate().map(of).sum()
+    }
 }
 
 impl TargetSamples {

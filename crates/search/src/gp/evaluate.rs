@@ -1,5 +1,5 @@
-//! Evaluation of children: solves for scale and offset, sums errors over the samples under the
-//! energy limit, and rejects genomes that exceed the bound between samples.
+//! Evaluation of children: solves for scale and offset, sums errors over samples and lower bounds
+//! under the energy limit, and rejects genomes that exceed the bound between samples.
 
 use brood_eval::{CanonicalEvaluator, Evaluator, FitnessEvaluator, Screening, select_best};
 use brood_genome::{Genome, Output, RANGE};
@@ -21,7 +21,7 @@ pub(super) struct Member {
     /// Number of scalar operations per sample.
     pub(super) operations: u32,
     /// Sum over training samples and channels of the squared differences of log2(1 + f cos_i). The
-    /// energy limit applies to f.
+    /// energy limit applies to f. Lower bounds count where f is below them.
     pub(super) sum: f64,
     /// True if tuning of its constants has been tried.
     pub(super) is_tuned: bool,
@@ -91,15 +91,26 @@ fn limited_sums(programs: &[&Program], sums: &[f64], cases: &Cases) -> Vec<f64> 
     let divided: Vec<&Program> =
         limited.iter().filter(|(_, divisor)| *divisor > 1.0).map(|(program, _)| program).collect();
     let mut of_divided = sums_of(&divided, cases).into_iter();
+    let beyond = beyond(&all, cases);
     let mut sum = |(at, is_bounded): (usize, bool)| {
         let sum = if limited[at].1 > 1.0 { of_divided.next() } else { Some(sums[at]) };
         let sum = sum.expect("every divided program has a sum");
-        if is_bounded { sum } else { f64::INFINITY }
+        if is_bounded { sum + beyond[at] } else { f64::INFINITY }
     };
     bounded(&all, cases).into_iter().enumerate().map(&mut sum).collect()
 }
 
-/// Sums of programs as they are.
+/// Sums over the lower bounds.
+fn beyond(programs: &[&Program], cases: &Cases) -> Vec<f64> {
+    let Some(bounds) = &cases.bounds else { return vec![0.0; programs.len()] };
+    let mut out = Vec::new();
+    CanonicalEvaluator::default()
+        .eval(programs, &bounds.set, &mut out)
+        .expect("the canonical evaluator runs every program");
+    out.chunks(3 * bounds.set.len()).map(|values| bounds.sum(values)).collect()
+}
+
+/// Sums of programs as they are, over the samples alone.
 fn sums_of(programs: &[&Program], cases: &Cases) -> Vec<f64> {
     let sums = CanonicalEvaluator::default().sums(programs, &cases.target);
     sums.expect("the canonical evaluator runs every program")

@@ -5,8 +5,9 @@ use brood_brdf::{Model, ModelKind};
 use brood_eval::limited;
 use brood_genome::BirthKey;
 use brood_program::Program;
-use brood_target::draw_pairs;
+use brood_target::{LowerBound, draw_pairs};
 
+use super::super::evaluate::sum_of;
 use super::*;
 
 fn samples() -> Samples {
@@ -48,6 +49,29 @@ fn gp_approximates_a_model() {
 /// E_log on training and validation samples together; one in seven is a validation sample.
 fn both_errors(fitted: f64, held: f64) -> f64 {
     ((6.0 * fitted * fitted + held * held) / 7.0).sqrt()
+}
+
+#[test]
+fn lower_bounds_count_where_f_is_below_them() {
+    let grey = Model::new(ModelKind::Lambert).with("albedo", &[0.5; 3]).unwrap();
+    let pairs = draw_pairs(100, 1);
+    let f = 0.5 * std::f64::consts::FRAC_1_PI;
+    let bound = |f: [f64; 3], is_known| LowerBound { pair: pairs[0], f, is_known };
+    let sum = |bounds: Vec<LowerBound>| {
+        let samples = Samples::of(&*grey.brdf(), pairs.clone()).with_lower_bounds(bounds);
+        let genome = Genome::of_models(vec![grey.clone()]).unwrap();
+        sum_of(&genome, &Cases::new(&samples, 1))
+    };
+    assert!(sum(Vec::new()) < 1e-9);
+    assert!(sum(vec![bound([0.5 * f; 3], [false; 3])]) < 1e-9);
+    let cos_i = pairs[0].cos_i();
+    let off = libm::log2((1.0 + 3.0 * f * cos_i) / (1.0 + f * cos_i)).powi(2);
+    let found = sum(vec![bound([3.0 * f; 3], [false; 3])]);
+    assert!((found - 3.0 * off).abs() < 1e-5, "{found} {off}");
+    // A channel that is not clipped has a value.
+    let found = sum(vec![bound([0.0, 3.0 * f, f], [true, false, true])]);
+    let below = libm::log2(1.0 + f * cos_i).powi(2);
+    assert!((found - below - off).abs() < 1e-5, "{found} {off} {below}");
 }
 
 #[test]

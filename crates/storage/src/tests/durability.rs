@@ -1,6 +1,7 @@
 //! Tests of durability, locking, and recovery from failures.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use sqlx::{ConnectOptions, Connection};
@@ -168,7 +169,7 @@ async fn writes_fail_while_disk_is_full_and_recover() {
     let made = generation(&store, lineage, &[], "a").await;
     limit_pages(&store, "PRAGMA max_page_count = 1").await;
     let mut big = new_generation(lineage, &[], "b");
-    big.individuals[0].genome_bytes = vec![7; 1 << 20];
+    Arc::make_mut(&mut big.individuals[0].genome).bytes = vec![7; 1 << 20];
     let refused = store.create_generation(big.clone()).await;
     assert!(matches!(refused, Err(StorageError::Full)), "{refused:?}");
     assert_eq!(store.list_generations(lineage, None, 9).await.unwrap(), [made]);
@@ -258,7 +259,7 @@ async fn log_size_is_bounded() {
     let lineage = lineage(&store).await;
     for n in 0..300 {
         let mut new = new_generation(lineage, &[], &n.to_string());
-        new.individuals[0].genome_bytes.extend([7; 200_000]);
+        Arc::make_mut(&mut new.individuals[0].genome).bytes.extend([7; 200_000]);
         store.create_generation(new).await.unwrap();
     }
     let log_bytes = std::fs::metadata(dir.path().join("brood.db-wal")).unwrap().len();

@@ -1,5 +1,7 @@
 //! Tests of lineages, generations and individuals.
 
+use std::sync::Arc;
+
 use brood_genome::ModelKind;
 use brood_protocol::{
     GenerationId, IndividualId, Lineage, LineageId, ParentRef, PatchIndividual, PatchLineage,
@@ -291,9 +293,10 @@ async fn layers_are_read_from_column_or_decoded_from_genome() {
     let id = lineage(&store).await;
     let parsed: brood_genome::Genome = PLASTIC.parse().unwrap();
     let mut new = new_generation(id, &[], "g");
-    new.individuals[1].genome_bytes = parsed.canonical_bytes();
-    new.individuals[1].layers = vec![ModelKind::Lambert, ModelKind::CookTorrance];
-    new.individuals[2].layers = Vec::new();
+    let plastic = Arc::make_mut(&mut new.individuals[1].genome);
+    plastic.bytes = parsed.canonical_bytes();
+    plastic.layers = vec![ModelKind::Lambert, ModelKind::CookTorrance];
+    Arc::make_mut(&mut new.individuals[2].genome).layers = Vec::new();
     let ids: Vec<_> = new.individuals.iter().map(|child| child.id).collect();
     let made = store.create_generation(new).await.unwrap();
     let layer_names = |found: &[crate::StoredIndividual]| -> Vec<String> {

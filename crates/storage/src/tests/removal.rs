@@ -1,5 +1,7 @@
 //! Tests of purging lineages.
 
+use std::sync::Arc;
+
 use brood_protocol::{GenerationId, LineageId, ParentRef};
 
 use super::{
@@ -55,7 +57,7 @@ async fn purge_keeps_genomes_when_shared_or_saved() {
     store.put_genome(saved("a 0", b"not stored again", "program of a 0")).await.unwrap();
     let mut new = new_generation(young, &[], "b");
     new.individuals = vec![child(0, "a 1"), child(1, "twin")];
-    new.individuals[1].program_hash = hash("program of a 2");
+    Arc::make_mut(&mut new.individuals[1].genome).program_hash = hash("program of a 2");
     store.create_generation(new).await.unwrap();
     let pictures = vec![picture("of a 2", "a 2", scene), picture("of a 1", "a 1", scene)];
     store.put_pictures(pictures).await.unwrap();

@@ -30,6 +30,9 @@ pub struct PixelCounts {
     pub several_lights: u64,
     /// Pixels with light or eye near the horizon.
     pub grazing: u64,
+    /// Pixels that differ from their neighbours by more than noise does: dust, scratches, hot
+    /// pixels.
+    pub outlier: u64,
 }
 
 /// Status of a pixel: used, or why it is not.
@@ -53,6 +56,8 @@ pub enum PixelStatus {
     SeveralLights,
     /// Light or eye near the horizon.
     Grazing,
+    /// Different from its neighbours by more than noise, as dust is.
+    Outlier,
 }
 
 /// Result of reading a covered pixel.
@@ -121,6 +126,7 @@ impl PixelCounts {
             PixelStatus::HalfLit => &mut self.half_lit,
             PixelStatus::SeveralLights => &mut self.several_lights,
             PixelStatus::Grazing => &mut self.grazing,
+            PixelStatus::Outlier => &mut self.outlier,
         } += 1;
     }
 }
@@ -137,6 +143,7 @@ impl fmt::Display for PixelCounts {
             (self.half_lit, "partly in shadow"),
             (self.several_lights, "lit from several directions"),
             (self.grazing, "at grazing angles"),
+            (self.outlier, "outliers"),
         ];
         let mut before = " ";
         for (count, what) in all.into_iter().filter(|(count, _)| *count > 0) {
@@ -162,6 +169,7 @@ impl PixelCounts {
             half_lit: self.half_lit + other.half_lit,
             several_lights: self.several_lights + other.several_lights,
             grazing: self.grazing + other.grazing,
+            outlier: self.outlier + other.outlier,
         }
     }
 }

@@ -1,8 +1,11 @@
-//! Errors of pictures that cannot be targets.
+//! Checks of pictures before rays are traced, and errors of those that cannot be targets.
 
+use brood_eval::LinearPicture;
 use brood_scene::PictureSize;
 
+use super::View;
 use super::pixel::PixelCounts;
+use super::soft::soft_light;
 use crate::measured::FEWEST;
 
 /// Least width and height of a picture, in pixels.
@@ -56,4 +59,34 @@ pub enum ImageTargetError {
     /// Too few usable pixels.
     #[error("{usable} pixels can be used and {FEWEST} are needed: {0}", usable = .0.usable())]
     Few(PixelCounts),
+}
+
+pub(super) fn is_white(pixel: [f32; 3]) -> bool {
+    pixel.iter().all(|value| *value > 0.2)
+}
+
+/// Checks everything that needs no rays; returns the size of the picture.
+pub(super) fn check(view: &View<'_>) -> Result<PictureSize, ImageTargetError> {
+    let LinearPicture { width, height, ref pixels, .. } = *view.picture;
+    let size_px = PictureSize { width, height };
+    if size_px.shorter() < SIDE {
+        return Err(ImageTargetError::Small(width, height));
+    }
+    if let Some(mask) = view.mask {
+        let mask_px = PictureSize { width: mask.width, height: mask.height };
+        if mask_px != size_px {
+            return Err(ImageTargetError::MaskSize { mask_px, size_px });
+        }
+        if !mask.pixels.iter().any(|pixel| is_white(*pixel)) {
+            return Err(ImageTargetError::MaskEmpty);
+        }
+    }
+    if let Some(at) = pixels.iter().position(|pixel| pixel.iter().any(|value| !value.is_finite())) {
+        let at = u32::try_from(at).expect("pictures have fewer pixels");
+        return Err(ImageTargetError::NotFinite(at % width, at / width));
+    }
+    match soft_light(view.scene) {
+        Some(light) if !view.refine.is_exact() => Err(ImageTargetError::Refine(light.kind())),
+        _ => Ok(size_px),
+    }
 }

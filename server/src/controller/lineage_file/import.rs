@@ -2,6 +2,7 @@
 //! not trusted.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
 
 use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
@@ -33,14 +34,14 @@ pub struct Checked {
     /// The file.
     pub file: LineageFile,
     /// Genomes by hash.
-    pub genomes: BTreeMap<GenomeHash, NewGenome>,
+    pub genomes: BTreeMap<GenomeHash, Arc<NewGenome>>,
     /// Mesh of the scene, if uploaded.
     pub mesh: Option<ImportedMesh>,
     /// Uploaded meshes of the scene's other objects, by the ids in the file.
     pub object_meshes: BTreeMap<String, ImportedMesh>,
-    /// Files of the lights.
     /// Control images of the genomes, each with the hash of one that has it.
     pub images: Vec<(GenomeHash, ImageHash)>,
+    /// Files of the lights.
     pub light_assets: Vec<(LightAssetKind, Vec<u8>)>,
 }
 
@@ -114,7 +115,7 @@ pub fn check(file: LineageFile) -> Result<Checked, ApiError> {
             layers: genome.layers().iter().map(Model::kind).collect(),
         };
         images.extend(genome.images().into_iter().map(|image| (image, found)));
-        genomes.insert(found, new);
+        genomes.insert(found, Arc::new(new));
     }
     let images = images.into_iter().map(|(image, genome)| (genome, image)).collect();
     Ok(Checked { file, genomes, images, mesh, object_meshes, light_assets })
@@ -161,7 +162,7 @@ fn mesh(data: &str, pointer: &str) -> Result<ImportedMesh, ApiError> {
 /// 422 with a pointer if the generations contradict each other.
 pub fn assemble(
     file: LineageFile,
-    genomes: BTreeMap<GenomeHash, NewGenome>,
+    genomes: BTreeMap<GenomeHash, Arc<NewGenome>>,
     scene: SceneId,
 ) -> Result<NewImport, ApiError> {
     let (start, dialect) = start_of(file.start, Some(file.dialect))?;
@@ -212,7 +213,7 @@ pub fn assemble(
 struct Assembly<'a> {
     lineage: LineageId,
     dialect: Dialect,
-    genomes: &'a BTreeMap<GenomeHash, NewGenome>,
+    genomes: &'a BTreeMap<GenomeHash, Arc<NewGenome>>,
     ids: HashMap<IndividualId, IndividualId>,
     marks: Vec<(IndividualId, PatchIndividual)>,
 }
@@ -345,12 +346,8 @@ impl Assembly<'_> {
         Ok(NewIndividual {
             id,
             slot: from.slot,
-            hash: genome.hash,
-            genome_bytes: genome.bytes.clone(),
-            program_hash: genome.program_hash,
+            genome: genome.clone(),
             operator,
-            live_instructions: genome.live_instructions,
-            layers: genome.layers.clone(),
             attempts: from.attempts,
             twin: from.twin,
         })

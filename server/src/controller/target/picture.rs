@@ -324,6 +324,7 @@ fn counted(counts: PixelCounts) -> TargetPixels {
         half_lit,
         several_lights,
         grazing,
+        outlier,
     } = counts;
     TargetPixels {
         pixels,
@@ -336,5 +337,6 @@ fn counted(counts: PixelCounts) -> TargetPixels {
         half_lit,
         several_lights,
         grazing,
+        outlier,
     }
 }
