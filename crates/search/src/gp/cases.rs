@@ -15,6 +15,8 @@ use crate::method::is_held_back;
 
 /// Largest number of samples for solving scale and offset and for selecting parents.
 pub(super) const FEW: usize = 256;
+/// The same of lower bounds.
+const FEW_BOUNDS: usize = 64;
 /// Number of pairs in regions with few samples.
 const NARROW: usize = 512;
 /// Upper bound there, as a multiple of the largest sample or lower bound.
@@ -52,6 +54,10 @@ pub(super) struct TargetSamples {
 pub(super) struct Bounds {
     pub(super) set: SampleSet,
     rows: Vec<LowerBound>,
+    /// At most [`FEW_BOUNDS`] of these, evenly taken, for solving scale and offset.
+    pub(super) few: TargetSamples,
+    /// True for the channels of `few` whose f is known.
+    pub(super) few_known: Vec<[bool; 3]>,
 }
 
 impl Cases {
@@ -107,8 +113,19 @@ impl Bounds {
         let all = samples.lower_bounds();
         let step = all.len().div_ceil(most.max(1)).max(1);
         let rows: Vec<LowerBound> = all.iter().step_by(step).copied().collect();
-        let pairs: Vec<DirectionPair> = rows.iter().map(|row| row.pair).collect();
-        (!rows.is_empty()).then(|| Self { set: SampleSet::from_pairs(&pairs, &[]), rows })
+        if rows.is_empty() {
+            return None;
+        }
+        let pairs = |rows: &[LowerBound]| rows.iter().map(|row| row.pair).collect::<Vec<_>>();
+        let step = rows.len().div_ceil(FEW_BOUNDS);
+        let few: Vec<LowerBound> = rows.iter().step_by(step).copied().collect();
+        let of_few = Samples::new(pairs(&few), few.iter().map(|row| row.f).collect());
+        Some(Self {
+            set: SampleSet::from_pairs(&pairs(&rows), &[]),
+            few: TargetSamples::new(&of_few, 0..few.len()),
+            few_known: few.iter().map(|row| row.is_known).collect(),
+            rows,
+        })
     }
 
     /// Sum over pairs and channels of the squared differences of log2(1 + f cos_i), where f is

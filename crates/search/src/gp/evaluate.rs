@@ -7,7 +7,7 @@ use brood_program::{Program, ProgramHash};
 use rayon::prelude::*;
 
 use super::cases::{Cases, TargetSamples};
-use super::scale::scale_and_offset;
+use super::scale::{Observed, scale_and_offset};
 
 /// One in this many of the few samples is used to solve for scale and offset.
 const SCALED: usize = 2;
@@ -60,14 +60,10 @@ pub(super) fn evaluate(
     cases: &Cases,
     (count, worst): (usize, f64),
 ) -> Vec<Member> {
-    let scaled = scaled(bare, &cases.few);
+    let scaled = scaled(bare, cases);
     let programs: Vec<&Program> = scaled.iter().map(|(_, program)| program).collect();
-    let evaluator = CanonicalEvaluator::default();
-    let selected = select_best(&evaluator, &programs, &cases.target, count, Screening::Exact)
-        .expect("the canonical evaluator runs every program");
-    let better = selected.best.iter().filter(|ranked| ranked.sum < worst);
     let (best, sums): (Vec<usize>, Vec<f64>) =
-        better.map(|ranked| (ranked.program, ranked.sum)).unzip();
+        selected(&programs, cases, (count, worst)).into_iter().unzip();
     let of_best: Vec<&Program> = best.iter().map(|at| programs[*at]).collect();
     let sums = limited_sums(&of_best, &sums, cases);
     let member = |(at, sum): (&usize, f64)| {
@@ -81,6 +77,28 @@ pub(super) fn evaluate(
         })
     };
     best.iter().zip(sums).filter_map(member).collect()
+}
+
+/// The best programs without the energy limit, at most `count`, with their sums over the samples.
+/// Leaves out those whose sum over samples and lower bounds is not below `worst`.
+fn selected(
+    programs: &[&Program],
+    cases: &Cases,
+    (count, worst): (usize, f64),
+) -> Vec<(usize, f64)> {
+    // With lower bounds, the best by samples alone may not be the best.
+    let first = if cases.bounds.is_some() { programs.len() } else { count };
+    let evaluator = CanonicalEvaluator::default();
+    let selected = select_best(&evaluator, programs, &cases.target, first, Screening::Exact);
+    let ranked = selected.expect("the canonical evaluator runs every program").best;
+    let of_ranked: Vec<&Program> = ranked.iter().map(|one| programs[one.program]).collect();
+    let whole = beyond(&of_ranked, cases).into_iter().zip(&ranked).map(|(by, one)| one.sum + by);
+    let mut best: Vec<(f64, (usize, f64))> =
+        whole.zip(ranked.iter().map(|one| (one.program, one.sum))).collect();
+    best.retain(|(sum, _)| *sum < worst);
+    best.sort_by(|a, b| a.0.total_cmp(&b.0));
+    best.truncate(count);
+    best.into_iter().map(|(_, one)| one).collect()
 }
 
 /// Sums of programs under the energy limit, from their sums without it; infinite for those that
@@ -126,7 +144,7 @@ pub(super) fn sum_of(genome: &Genome, cases: &Cases) -> f64 {
 /// Returns the genome with scale and offset solved for.
 pub(super) fn rescaled(genome: Genome, cases: &Cases) -> Genome {
     let bare = BareGenome::of(vec![genome]);
-    let mut scaled = scaled(bare, &cases.few);
+    let mut scaled = scaled(bare, cases);
     scaled.swap_remove(0).0.genome
 }
 
@@ -135,24 +153,46 @@ pub(super) fn operations(program: &Program) -> u32 {
 }
 
 /// Genomes and their programs, with scale and offset solved for.
-fn scaled(bare: Vec<BareGenome>, few: &TargetSamples) -> Vec<(BareGenome, Program)> {
+fn scaled(bare: Vec<BareGenome>, cases: &Cases) -> Vec<(BareGenome, Program)> {
     let programs: Vec<&Program> = bare.iter().map(|bare| &bare.program).collect();
-    let values = values(&programs, few);
-    let rows = |values: &[f64]| values.iter().step_by(SCALED).copied().collect::<Vec<_>>();
-    let weight = rows(&few.weight);
-    let target = [0, 1, 2].map(|channel| {
-        few.weighted.iter().step_by(SCALED).map(|value| value[channel]).collect::<Vec<_>>()
-    });
-    let count = few.len();
+    let (few, bounds) = (&cases.few, cases.bounds.as_ref().map(|bounds| &bounds.few));
+    let of_few = values(&programs, few);
+    let of_bounds = bounds.map_or_else(Vec::new, |bounds| values(&programs, bounds));
+    // Rows of few samples, then of lower bounds.
+    let sampled = |row: fn(&TargetSamples, usize) -> f64| {
+        let samples = (0..few.len()).step_by(SCALED).map(move |at| row(few, at));
+        let bounds =
+            bounds.into_iter().flat_map(move |of| (0..of.len()).map(move |at| row(of, at)));
+        samples.chain(bounds).collect::<Vec<f64>>()
+    };
+    let weight = sampled(|of, at| of.weight[at]);
+    let count = few.len().div_ceil(SCALED);
+    let observed: Vec<Observed> = [
+        sampled(|of, at| of.weighted[at][0]),
+        sampled(|of, at| of.weighted[at][1]),
+        sampled(|of, at| of.weighted[at][2]),
+    ]
+    .into_iter()
+    .enumerate()
+    .map(|(channel, y)| {
+        let known = cases.bounds.iter().flat_map(|bounds| &bounds.few_known);
+        let is_bound = known.map(|known| !known[channel]);
+        let is_bound = std::iter::repeat_n(false, count).chain(is_bound).collect();
+        Observed::new(weight.clone(), y, is_bound)
+    })
+    .collect();
     let scale = |(index, mut bare): (usize, BareGenome)| {
         let output = *bare.genome.output();
         let (mut scale, mut offset) = (*output.scale(), *output.offset());
         for channel in 0..3 {
-            let own = &values[(3 * index + channel) * count..][..count];
-            let sampled = own.iter().zip(&few.weight).step_by(SCALED);
-            let weighted: Vec<f64> = sampled.map(|(f, weight)| f64::from(*f) * weight).collect();
+            let row = 3 * index + channel;
+            let own = of_few[row * few.len()..][..few.len()].iter().step_by(SCALED);
+            let number = bounds.map_or(0, TargetSamples::len);
+            let own = own.chain(&of_bounds[row * number..][..number]);
+            let weighted: Vec<f64> =
+                own.zip(&weight).map(|(f, weight)| f64::from(*f) * weight).collect();
             let start = [f64::from(scale[channel]), f64::from(offset[channel])];
-            let found = scale_and_offset(&weighted, &weight, &target[channel], start);
+            let found = scale_and_offset(&weighted, &observed[channel], start);
             [scale[channel], offset[channel]] = found.map(narrow);
         }
         let output =

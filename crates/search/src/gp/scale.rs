@@ -6,17 +6,38 @@ const STEPS: usize = 3;
 /// Largest number of halvings of a step that increases the error.
 const HALVINGS: usize = 2;
 
-/// Returns a, b >= 0 with a small sum of (ln(1 + a p_k + b q_k) - ln(1 + y_k))^2. Starts from
-/// non-negative least squares weighted by 1 / (1 + y)^2, then takes damped Gauss-Newton steps while
-/// the sum falls. Never worse than `start`.
+/// Target values of a channel.
+pub(super) struct Observed {
+    /// cos_i.
+    q: Vec<f64>,
+    /// f cos_i.
+    y: Vec<f64>,
+    /// ln(1 + f cos_i).
+    target: Vec<f64>,
+    /// True where f may be larger.
+    is_bound: Vec<bool>,
+}
+
+impl Observed {
+    /// # Shapes
+    /// cos_i, the target f cos_i, and true where it is a lower bound: all of the same length.
+    pub(super) fn new(q: Vec<f64>, y: Vec<f64>, is_bound: Vec<bool>) -> Self {
+        Self { q, target: y.iter().map(|y| libm::log1p(*y)).collect(), y, is_bound }
+    }
+}
+
+/// Returns a, b >= 0 with a small sum of (ln(1 + a p_k + b q_k) - ln(1 + y_k))^2, without terms
+/// whose y is a lower bound that is held. Starts from non-negative least squares weighted by
+/// 1 / (1 + y)^2, then takes damped Gauss-Newton steps while the sum falls. Never worse than
+/// `start`.
 ///
 /// # Shapes
-/// p, q and y have the same length: f cos_i of the program, cos_i, and the target f cos_i.
+/// p, the f cos_i of the program, has the length of the observed values.
 ///
 /// # Domain
 /// Finite, non-negative.
-pub(super) fn scale_and_offset(p: &[f64], q: &[f64], y: &[f64], start: [f64; 2]) -> [f64; 2] {
-    let problem = Problem { p, q, y, target: y.iter().map(|y| libm::log1p(*y)).collect() };
+pub(super) fn scale_and_offset(p: &[f64], observed: &Observed, start: [f64; 2]) -> [f64; 2] {
+    let problem = Problem { p, observed };
     let start = (problem.error(start), start);
     let mut best = problem.improved(problem.weighted());
     if start.0 <= best.0 {
@@ -27,23 +48,30 @@ pub(super) fn scale_and_offset(p: &[f64], q: &[f64], y: &[f64], start: [f64; 2])
 
 struct Problem<'a> {
     p: &'a [f64],
-    q: &'a [f64],
-    y: &'a [f64],
-    target: Vec<f64>,
+    observed: &'a Observed,
 }
 
 impl Problem<'_> {
+    /// p, q, target and if that is a lower bound.
+    fn rows(&self) -> impl Iterator<Item = (f64, f64, f64, bool)> {
+        let Observed { q, target, is_bound, .. } = self.observed;
+        let all = self.p.iter().zip(q).zip(target.iter().zip(is_bound));
+        all.map(|((p, q), (target, is_bound))| (*p, *q, *target, *is_bound))
+    }
+
     fn error(&self, [a, b]: [f64; 2]) -> f64 {
-        let pairs = self.p.iter().zip(self.q).zip(&self.target);
-        let off = |((p, q), target): ((&f64, &f64), &f64)| libm::log1p(a * p + b * q) - target;
-        pairs.map(off).map(|off| off * off).sum()
+        let off = |(p, q, target, is_bound): (f64, f64, f64, bool)| {
+            let off = libm::log1p(a * p + b * q) - target;
+            if is_bound { off.min(0.0) } else { off }
+        };
+        self.rows().map(off).map(|off| off * off).sum()
     }
 
     /// Solution with the logarithm linearised about each target value y: least squares with weights
     /// 1 / (1 + y)^2.
     fn weighted(&self) -> [f64; 2] {
         let mut sums = Sums::default();
-        for ((p, q), y) in self.p.iter().zip(self.q).zip(self.y) {
+        for ((p, q), y) in self.p.iter().zip(&self.observed.q).zip(&self.observed.y) {
             let weight = 1.0 / (1.0 + y);
             sums.add(p * weight, q * weight, y * weight);
         }
@@ -56,8 +84,11 @@ impl Problem<'_> {
         for _ in 0..STEPS {
             let [a, b] = best.1;
             let mut sums = Sums::default();
-            for ((p, q), target) in self.p.iter().zip(self.q).zip(&self.target) {
+            for (p, q, target, is_bound) in self.rows() {
                 let value = a * p + b * q;
+                if is_bound && libm::log1p(value) >= target {
+                    continue;
+                }
                 let slope = 1.0 / (1.0 + value);
                 // Target of the linearisation about the current (a, b).
                 let aim = target - libm::log1p(value) + slope * value;
@@ -133,7 +164,8 @@ mod tests {
         let [p, q] = rows();
         for (a, b) in [(0.3, 2.0), (25.0, 0.0), (0.0, 0.4), (1e-3, 1e3)] {
             let y: Vec<f64> = p.iter().zip(&q).map(|(p, q)| a * p + b * q).collect();
-            let found = scale_and_offset(&p, &q, &y, [1.0, 0.0]);
+            let is_bound = vec![false; p.len()];
+            let found = scale_and_offset(&p, &Observed::new(q.clone(), y, is_bound), [1.0, 0.0]);
             assert!((found[0] - a).abs() < 1e-6 * (1.0 + a), "{found:?} for {a}, {b}");
             assert!((found[1] - b).abs() < 1e-6 * (1.0 + b), "{found:?} for {a}, {b}");
         }
@@ -143,10 +175,11 @@ mod tests {
     fn scale_and_offset_are_never_worse_than_the_start() {
         let [p, q] = rows();
         let y: Vec<f64> = p.iter().map(|p| 1.0 / (1.0 + p)).collect();
-        let problem =
-            Problem { p: &p, q: &q, y: &y, target: y.iter().map(|y| libm::log1p(*y)).collect() };
+        let is_bound = (0..p.len()).map(|k| k % 3 == 0).collect();
+        let observed = Observed::new(q, y, is_bound);
+        let problem = Problem { p: &p, observed: &observed };
         for start in [[1.0, 0.0], [0.0, 0.0], [0.0, 0.5], [3.0, 4.0]] {
-            let found = scale_and_offset(&p, &q, &y, start);
+            let found = scale_and_offset(&p, &observed, start);
             assert!(problem.error(found) <= problem.error(start));
             assert!(found.iter().all(|value| *value >= 0.0));
         }
