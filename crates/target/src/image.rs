@@ -12,6 +12,7 @@ mod outlier;
 mod pixel;
 mod refusal;
 mod soft;
+mod view;
 
 use brood_eval::{LinearPicture, RadianceImage};
 use brood_light::LightAssets;
@@ -30,36 +31,13 @@ use pixel::{PixelReading, around, spans};
 pub use refusal::ImageTargetError;
 use refusal::{check, is_white};
 use soft::{MeanPixels, most_highlights, soft_light};
+pub use view::View;
 
 /// Least value of both cosines.
 const LEAST_COSINE: f64 = 0.01;
 /// Relative deviation of the mean light in a pixel from that at its centre, above which the pixel
 /// is at a shadow's edge.
 const UNEVEN: f64 = 0.02;
-
-/// A picture with its scene and everything else that it was made with.
-#[derive(Debug, Clone, Copy)]
-pub struct View<'a> {
-    /// Mesh that is shown.
-    pub mesh: &'a Mesh,
-    /// Camera, lights and film.
-    pub scene: &'a Scene,
-    /// Assets that the lights refer to.
-    pub assets: &'a LightAssets,
-    /// Sampling of its pixels.
-    pub sampling: Sampling,
-    /// Decoded picture.
-    pub picture: &'a LinearPicture,
-    /// Mask: white at the pixels to use.
-    pub mask: Option<&'a LinearPicture>,
-    /// True if the brightness is unknown. It is always unknown for pictures with automatic
-    /// exposure.
-    pub is_gain_unknown: bool,
-    /// Code from which a channel counts as clipped.
-    pub clip_from: ClipFrom,
-    /// Uncertainties within which the scene will be corrected.
-    pub refine: Refine,
-}
 
 /// A picture whose pixels are classified.
 #[derive(Debug)]

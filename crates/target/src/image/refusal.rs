@@ -3,9 +3,9 @@
 use brood_eval::LinearPicture;
 use brood_scene::PictureSize;
 
-use super::View;
 use super::pixel::PixelCounts;
 use super::soft::soft_light;
+use super::view::View;
 use crate::measured::FEWEST;
 
 /// Least width and height of a picture, in pixels.
