@@ -58,6 +58,20 @@ def write(path, picture):
     bitmap.write(str(path))
 
 
+def dusted(linear, share, draw):
+    """With specks of 1 to 3 pixels a side on this share of the pixels: half of them bright, half dark."""
+    linear = linear.copy()
+    height, width = linear.shape[:2]
+    light = 0.3 * bright(linear)
+    # A speck has 14 / 3 pixels in the mean.
+    for number in range(round(share * width * height * 3 / 14)):
+        side = draw.integers(1, 4)
+        row, column = draw.integers(0, height), draw.integers(0, width)
+        speck = linear[row : row + side, column : column + side]
+        speck[:] = numpy.maximum(speck, light) if number % 2 else 0.15 * speck
+    return linear
+
+
 def take(photograph, index, picture):
     """One picture: renders the scene as it was, and returns the view that the target states."""
     folder = pathlib.Path(photograph["folder"])
@@ -70,6 +84,8 @@ def take(photograph, index, picture):
         # As a camera that is set for the bright parts: the noise is added before clipping.
         ev = math.log2(linear_of(BRIGHT_CODE) / bright(linear))
         draw = numpy.random.default_rng(picture["seed"])
+        if picture.get("dust"):
+            linear = dusted(linear, picture["dust"], numpy.random.default_rng(1000 + picture["seed"]))
         codes = display(linear * 2.0**ev) + draw.normal(0.0, picture["noise"], linear.shape)
         file = f"picture-{index + 1}.png"
         write(folder / file, (codes.clip(0, 1) * 255 + 0.5).astype(numpy.uint8))

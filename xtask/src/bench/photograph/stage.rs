@@ -4,6 +4,8 @@ use serde_json::{Value, json};
 
 /// Noise of the codes of 8 bits, as a share of the largest.
 const NOISE: f64 = 2.0 / 255.0;
+/// Share of the pixels with dust in [`Grade::Dusty`].
+const DUST: f64 = 0.01;
 /// Errors of the stated scene in [`Grade::Misaligned`]: light and camera are turned about the
 /// object by these angles in degrees, and the field of view is larger by this share.
 const LIGHT_OFF_DEG: f64 = 2.0;
@@ -17,14 +19,17 @@ pub enum Grade {
     Exact,
     /// Codes of 8 bits with noise.
     Codes,
-    /// The same, and light and camera differ from those stated.
+    /// The same with dust and scratches.
+    Dusty,
+    /// Codes with noise, and light and camera differ from those stated.
     Misaligned,
     /// Linear and as stated, in an environment instead of under a point light.
     Environment,
 }
 
 impl Grade {
-    pub const ALL: [Self; 4] = [Self::Exact, Self::Codes, Self::Misaligned, Self::Environment];
+    pub const ALL: [Self; 5] =
+        [Self::Exact, Self::Codes, Self::Dusty, Self::Misaligned, Self::Environment];
 
     /// File of the light, beside the pictures; `None` for a point light.
     pub fn light_file(self) -> Option<&'static str> {
@@ -36,6 +41,7 @@ impl Grade {
         match self {
             Self::Exact => "exact",
             Self::Codes => "codes",
+            Self::Dusty => "dusty",
             Self::Misaligned => "misaligned",
             Self::Environment => "environment",
         }
@@ -140,10 +146,10 @@ impl Object {
         let light = LIGHTS[number];
         let right = (0.0, 0.0, 0.0);
         let taken = match grade {
-            Grade::Exact | Grade::Codes | Grade::Environment => right,
+            Grade::Exact | Grade::Codes | Grade::Dusty | Grade::Environment => right,
             Grade::Misaligned => (LIGHT_OFF_DEG, CAMERA_OFF_DEG, VIEW_OFF),
         };
-        let noise = matches!(grade, Grade::Codes | Grade::Misaligned).then_some(NOISE);
+        let has_noise = !matches!(grade, Grade::Exact | Grade::Environment);
         let (mut stated, mut taken) = (self.scene(light, right), self.scene(light, taken));
         if let Some(file) = grade.light_file() {
             let rotation_deg = ROTATION_DEG[0] + ROTATION_DEG[1] * number as f64;
@@ -152,7 +158,8 @@ impl Object {
         }
         json!({
             "stated": stated, "taken": taken,
-            "noise": noise, "seed": number,
+            "noise": has_noise.then_some(NOISE), "seed": number,
+            "dust": (grade == Grade::Dusty).then_some(DUST),
             "refine": (grade == Grade::Misaligned).then(refine),
         })
     }
