@@ -2277,6 +2277,12 @@ export interface components {
             masked: number;
             /**
              * Format: int64
+             * @description Outliers: differ from their neighbours by more than noise does, as dust, scratches and hot
+             *     pixels do.
+             */
+            outlier?: number;
+            /**
+             * Format: int64
              * @description All pixels.
              */
             pixels: number;

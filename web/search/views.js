@@ -381,9 +381,10 @@ export const PIXEL_STATUSES = [
 
 /** Statuses that occur, with their counts. @param {PixelCounts} of */
 export const pixelStatuses = (of) =>
-  PIXEL_STATUSES.flatMap((status) =>
-    of[status.status] > 0 ? [{ ...status, count: of[status.status] }] : [],
-  );
+  PIXEL_STATUSES.flatMap((status) => {
+    const count = of[status.status] ?? 0;
+    return count > 0 ? [{ ...status, count }] : [];
+  });
 
 /** A share in percent; 0 and 100 only if exact. @param {number} part @param {number} whole */
 export function share(part, whole) {
