@@ -14,12 +14,10 @@ mod refusal;
 mod soft;
 mod view;
 
-use brood_eval::{LinearPicture, RadianceImage};
+use brood_eval::RadianceImage;
 use brood_light::LightAssets;
 use brood_mesh::Mesh;
-use brood_scene::{
-    ClipFrom, ImageLayout, PixelArea, PixelSpan, Raster, Refine, SampleSet, Sampling, Scene,
-};
+use brood_scene::{ImageLayout, PixelArea, PixelSpan, Raster, SampleSet, Sampling, Scene};
 
 use crate::measured::FEWEST;
 use crate::{LightMeans, LowerBound, PixelRadiance, Samples};

@@ -1,9 +1,9 @@
 //! Tests that rendered pictures are read back, and that unusable pictures are rejected.
 
 use brood_brdf::{DirectionPair, Model, ModelKind};
-use brood_eval::shade_brdf;
+use brood_eval::{LinearPicture, shade_brdf};
 use brood_mesh::BuiltinMesh;
-use brood_scene::PictureSize;
+use brood_scene::{ClipFrom, PictureSize, Refine};
 
 use super::*;
 
