@@ -111,9 +111,10 @@ mod tests {
     #[test]
     fn a_file_becomes_a_chart_when_it_has_all_parts() {
         let text = r#"{"title": "Error", "subtitle": "one sphere", "x": {"title": "time, s", "is_log": true},
-            "y": {"title": "RMSE"}, "series": [{"name": "brood", "points": [[1, 0.1], [10, 0.05]]}]}"#;
+            "y": {"title": "RMSE"},
+            "series": [{"name": "brood", "points": [[1, 0.1], [10, 0.05]]}, {"name": "Adam", "points": [[10, 0.2]]}]}"#;
         let svg = read(text).unwrap().plot().svg();
-        assert!(svg.contains("time, s") && svg.contains("brood"), "{svg}");
+        assert!(["time, s", "brood", "Adam"].iter().all(|text| svg.contains(text)), "{svg}");
         assert!(read(&text.replace("is_log", "log")).is_err());
         assert!(read(&text.replace("\"subtitle\": \"one sphere\", ", "")).is_err());
     }
