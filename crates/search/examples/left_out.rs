@@ -7,37 +7,28 @@
 
 mod photographed;
 
-use brood_brdf::Neural;
 use brood_search::analytic::PriorMaterials;
-use photographed::{Failure, error, scene, searched};
+use photographed::{Failure, each, error, searched};
 
 fn main() -> Result<(), Failure> {
-    let mut arguments = std::env::args().skip(1);
-    let step: usize = arguments.next().ok_or("STEP is missing")?.parse()?;
     let mut errors = Vec::new();
-    for file in arguments {
-        let bytes = std::fs::read(&file)?;
-        let all: serde_json::Value = serde_json::from_slice(&bytes)?;
-        let all = all["materials"].as_object().ok_or("the file has no materials")?;
-        for (index, name) in all.keys().enumerate().step_by(step) {
-            let material = Neural::read(&bytes, name)?;
-            let scene = scene(index / step)?;
-            let of = |prior| -> Result<f64, Failure> {
-                let (_, _, search) = searched(&material, &[&scene], prior)?;
-                Ok(error(&material, &search))
-            };
-            let found = [
-                of(PriorMaterials::None)?,
-                of(PriorMaterials::Without(name.clone()))?,
-                of(PriorMaterials::All)?,
-            ];
-            let [none, others, all] = found;
-            println!(
-                "{name}: error over all directions {none:.4} without, {others:.4} by the others, {all:.4} by all"
-            );
-            errors.push(found);
-        }
-    }
+    each(|name, material, scene| {
+        let of = |prior| -> Result<f64, Failure> {
+            let (_, _, search) = searched(material, &[scene], prior)?;
+            Ok(error(material, &search))
+        };
+        let found = [
+            of(PriorMaterials::None)?,
+            of(PriorMaterials::Without(name.to_owned()))?,
+            of(PriorMaterials::All)?,
+        ];
+        let [none, others, all] = found;
+        println!(
+            "{name}: error over all directions {none:.4} without, {others:.4} by the others, {all:.4} by all"
+        );
+        errors.push(found);
+        Ok(())
+    })?;
     let median = |of: &dyn Fn(&[f64; 3]) -> f64| {
         let mut all: Vec<f64> = errors.iter().map(of).collect();
         all.sort_by(f64::total_cmp);

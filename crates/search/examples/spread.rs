@@ -8,43 +8,36 @@
 
 mod photographed;
 
-use brood_brdf::{Brdf, DirectionPair, Neural};
+use brood_brdf::{Brdf, DirectionPair};
 use brood_scene::Scene;
 use brood_search::analytic::PriorMaterials;
 use brood_search::{Spread, SpreadMap};
 use brood_target::{Samples, draw_pairs};
-use photographed::{Failure, error, scene, searched};
+use photographed::{Failure, each, error, searched};
 
 /// Number of other second pictures.
 const OTHERS: usize = 5;
 
 fn main() -> Result<(), Failure> {
-    let mut arguments = std::env::args().skip(1);
-    let step: usize = arguments.next().ok_or("STEP is missing")?.parse()?;
     let (mut contained, mut ratios, mut known) = (Vec::new(), Vec::new(), Vec::new());
     let (mut errors, mut better) = (Vec::new(), 0);
-    for file in arguments {
-        let bytes = std::fs::read(&file)?;
-        let all: serde_json::Value = serde_json::from_slice(&bytes)?;
-        let all = all["materials"].as_object().ok_or("the file has no materials")?;
-        for (index, name) in all.keys().enumerate().step_by(step) {
-            let material = Neural::read(&bytes, name)?;
-            let found = measured(&material, name, &scene(index / step)?)?;
-            let [before, advised, random] = found.with_next;
-            println!(
-                "{name}: error over all directions {before:.4}, with the advised picture {advised:.4}, with another {random:.4}; {:.0} % within the spread, error {:.4}, spread {:.4}; seen {:.0} %",
-                100.0 * found.contained,
-                found.error,
-                found.spread,
-                100.0 * found.contained_seen
-            );
-            better += usize::from(advised < random);
-            errors.push(found.with_next);
-            contained.push(found.contained);
-            known.push(found.contained_seen);
-            ratios.push(found.error / found.spread);
-        }
-    }
+    each(|name, material, scene| {
+        let found = measured(material, name, scene)?;
+        let [before, advised, random] = found.with_next;
+        println!(
+            "{name}: error over all directions {before:.4}, with the advised picture {advised:.4}, with another {random:.4}; {:.0} % within the spread, error {:.4}, spread {:.4}; seen {:.0} %",
+            100.0 * found.contained,
+            found.error,
+            found.spread,
+            100.0 * found.contained_seen
+        );
+        better += usize::from(advised < random);
+        errors.push(found.with_next);
+        contained.push(found.contained);
+        known.push(found.contained_seen);
+        ratios.push(found.error / found.spread);
+        Ok(())
+    })?;
     let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
     ratios.sort_by(f64::total_cmp);
     let medians = [0, 1, 2].map(|which: usize| {

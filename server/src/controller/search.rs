@@ -228,7 +228,7 @@ async fn extreme(
 ) -> Result<Response, ApiError> {
     let picture = app.store.search_extreme(id, extreme).await?;
     let picture = picture.ok_or_else(|| {
-        ApiError::not_found("no such picture: it needs a search with models of pictures that ended")
+        ApiError::not_found("the search has no such picture: only an ended search that fitted models to pictures has one")
     })?;
     let etag = format!("\"{id}-{extreme:?}\"");
     let head = FileHead { etag, content_type: "image/png", cache: IMMUTABLE };

@@ -4,7 +4,7 @@
 use std::error::Error;
 use std::sync::Arc;
 
-use brood_brdf::Brdf;
+use brood_brdf::{Brdf, Neural};
 use brood_eval::{encode_exr, shade_brdf};
 use brood_light::LightAssets;
 use brood_mesh::{BuiltinMesh, Mesh};
@@ -23,8 +23,25 @@ const GENERATIONS: usize = 3;
 
 pub type Failure = Box<dyn Error + Send + Sync>;
 
-/// One of three scenes.
-pub fn scene(number: usize) -> Result<Scene, Failure> {
+/// Calls `of` with the name of every STEP-th neural material and one of three scenes. The arguments
+/// of the command line are STEP and files of weights.
+pub fn each(
+    mut of: impl FnMut(&str, &Neural, &Scene) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let mut arguments = std::env::args().skip(1);
+    let step: usize = arguments.next().ok_or("STEP is missing")?.parse()?;
+    for file in arguments {
+        let bytes = std::fs::read(&file)?;
+        let all: serde_json::Value = serde_json::from_slice(&bytes)?;
+        let all = all["materials"].as_object().ok_or("the file has no materials")?;
+        for (index, name) in all.keys().enumerate().step_by(step) {
+            of(name, &Neural::read(&bytes, name)?, &scene(index / step)?)?;
+        }
+    }
+    Ok(())
+}
+
+fn scene(number: usize) -> Result<Scene, Failure> {
     let lamp = LAMPS[number % LAMPS.len()];
     Ok(serde_json::from_str(&format!(
         r#"{{"camera": {{"eye": [0, 0.6, 5], "fov_y_deg": 26}}, "lights": [{{"kind": "point", "position": {lamp:?}}}]}}"#

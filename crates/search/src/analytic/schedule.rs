@@ -248,7 +248,7 @@ impl Analytic {
                         Some(form) => in_form(parent, form),
                         None => perturbed(parent, &mut stream),
                     },
-                    // A sum may have led one of its models to a place where it suffices alone.
+                    // In the fit of a sum, one model may come near a fit that needs no other.
                     4 | 5 => with_one_model(parent, &mut stream)
                         .or_else(|| with_second_model(parent, kinds, &mut stream))
                         .unwrap_or_else(|| perturbed(parent, &mut stream)),

@@ -26,10 +26,10 @@ impl Observed {
     }
 }
 
-/// Returns a, b >= 0 with a small sum of (ln(1 + a p_k + b q_k) - ln(1 + y_k))^2, without terms
-/// whose y is a lower bound that is held. Starts from non-negative least squares weighted by
-/// 1 / (1 + y)^2, then takes damped Gauss-Newton steps while the sum falls. Never worse than
-/// `start`.
+/// Returns a, b >= 0 with a small sum of (ln(1 + a p_k + b q_k) - ln(1 + y_k))^2. A term whose y is
+/// a lower bound counts only where a p_k + b q_k is below y. Starts from non-negative least squares
+/// weighted by 1 / (1 + y)^2, then takes damped Gauss-Newton steps while the sum falls. Never worse
+/// than `start`.
 ///
 /// # Shapes
 /// p, the f cos_i of the program, has the length of the observed values.
