@@ -12,7 +12,9 @@ use brood_protocol::{
     Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NextScene, ReportedSpread,
     SearchGrant, SearchUpdate,
 };
-use brood_search::{Candidate, Found, Options, Progress, Search, Spread, SpreadMap, TimeBudget};
+use brood_search::{
+    Candidate, Found, NextPicture, Options, Progress, Search, Spread, SpreadMap, TimeBudget,
+};
 use brood_target::{KnownView, Objective, Strategy, TargetFile};
 use rayon::prelude::*;
 
@@ -160,11 +162,10 @@ impl SearchRun {
         let view = view.expect("a target has a picture that is fitted");
         let measured = || -> Result<(MaterialSpread, [Developed; 2]), EvalError> {
             let SpreadMap { seen, deviation } = spread.map(&target.fitted)?;
-            let next = spread.next_picture(view)?;
-            let scene = next.as_ref().map_or(&view.setting.scene, |next| &next.scene);
-            let pictures = darkest_and_brightest(&spread, view, scene)?;
-            let next = next.map(|next| NextScene {
-                scene: next.scene,
+            let next = spread.next_pictures(view)?;
+            let pictures = darkest_and_brightest(&spread, view, &next)?;
+            let next = NextPicture::worth_taking(&next).map(|next| NextScene {
+                scene: next.scene.clone(),
                 light_deg: next.light_deg,
                 e_log: next.e_log[1],
             });

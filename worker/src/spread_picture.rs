@@ -6,13 +6,13 @@ use brood_eval::{
     shade,
 };
 use brood_scene::{LobeShape, PictureSize, PixelArea, Raster, SampleSet, Sampling, Scene};
-use brood_search::{Spread, SpreadMap};
+use brood_search::{NextPicture, Spread, SpreadMap};
 use brood_target::KnownView;
 use rayon::prelude::*;
 
-/// Largest side of a picture: under lamps without size, and under other lights, which have many
-/// samples per pixel.
-const SIDE_PX: u32 = 192;
+/// Largest side of a picture under one light: under lamps without size, and under other lights,
+/// which have many samples per pixel.
+const SIDE_PX: u32 = 160;
 const SOFT_SIDE_PX: u32 = 96;
 /// Pixels of a cell of the map.
 const CELL_PX: usize = 8;
@@ -21,12 +21,46 @@ const WHITE: f64 = 1.0;
 /// Share of the samples that is shown as the brightest, times the number of cells.
 const MANY: f64 = 8.0;
 
-/// Renders the darkest and the brightest that a material could be in a scene of the object of a
-/// view, both at one exposure: that of the scene, or the automatic one of the brightest.
+/// Renders the darkest and the brightest that a material could be under these lights, side by side:
+/// `next` are pictures as [`Spread::next_pictures`] sorts them. Under the lights of the view itself
+/// if there are none.
 ///
 /// # Errors
 /// Returns [`EvalError`] if a program cannot be evaluated.
 pub fn darkest_and_brightest(
+    spread: &Spread,
+    view: &KnownView,
+    next: &[NextPicture],
+) -> Result<[Developed; 2], EvalError> {
+    let mut scenes = NextPicture::other_lights(next);
+    if scenes.is_empty() {
+        scenes.push(&view.setting.scene);
+    }
+    let each = scenes.iter().map(|scene| under_one_light(spread, view, scene));
+    let each: Vec<[Developed; 2]> = each.collect::<Result<_, _>>()?;
+    let (darkest, brightest): (Vec<Developed>, Vec<Developed>) =
+        each.into_iter().map(|[darkest, brightest]| (darkest, brightest)).unzip();
+    Ok([beside(&darkest), beside(&brightest)])
+}
+
+/// Pictures of one size, from left to right.
+fn beside(pictures: &[Developed]) -> Developed {
+    let row_bytes = 4 * pictures[0].width as usize;
+    let rows = 0..pictures[0].height as usize;
+    let row = |y: usize| {
+        pictures.iter().flat_map(move |one| &one.rgba[y * row_bytes..(y + 1) * row_bytes])
+    };
+    let count = u32::try_from(pictures.len()).expect("there are few pictures");
+    Developed {
+        width: count * pictures[0].width,
+        rgba: rows.flat_map(row).copied().collect(),
+        ..pictures[0]
+    }
+}
+
+/// The darkest and the brightest in a scene of the object of a view, both at the automatic exposure
+/// of the brightest: at that of the scene, materials may be black under another light.
+fn under_one_light(
     spread: &Spread,
     view: &KnownView,
     scene: &Scene,
@@ -48,14 +82,9 @@ pub fn darkest_and_brightest(
         }
         image
     });
-    let gain = match scene.film.exposure {
-        brood_scene::Exposure::Ev(ev) => Gain::fixed(ev).with_tone(scene.film.tone),
-        brood_scene::Exposure::Auto => {
-            let lit = brightest.premultiplied().iter().filter(|rgb| rgb[1] > 0.0);
-            let brightness = |rgb: &[f32; 3]| rgb.iter().copied().fold(0.0, f32::max);
-            Gain::automatic(lit.map(brightness).collect()).with_tone(scene.film.tone)
-        }
-    };
+    let lit = brightest.premultiplied().iter().filter(|rgb| rgb[1] > 0.0);
+    let brightness = |rgb: &[f32; 3]| rgb.iter().copied().fold(0.0, f32::max);
+    let gain = Gain::automatic(lit.map(brightness).collect()).with_tone(scene.film.tone);
     Ok([darkest, brightest].map(|image| develop_exposed(&image, gain)))
 }
 

@@ -158,11 +158,11 @@ pub struct ReportedSpread {
     /// JSON of a [`MaterialSpread`](crate::MaterialSpread), because scenes have fields that need a
     /// self-describing format.
     pub spread: String,
-    /// 5 % quantile of each pixel over the materials in the scene of the next picture, or of the
-    /// first if there is none; a PNG.
+    /// 5 % quantile of each pixel over the materials under other lights, or in the scene of the
+    /// first picture if its light cannot be moved; a PNG.
     #[serde(with = "crate::lease::octets")]
     pub darkest: Vec<u8>,
-    /// 95 % quantile, at the same exposure.
+    /// 95 % quantile, at the same exposures.
     #[serde(with = "crate::lease::octets")]
     pub brightest: Vec<u8>,
 }

@@ -31,6 +31,7 @@ mod calibration;
 mod found;
 mod front;
 mod gp;
+mod guided;
 mod hybrid;
 mod kept;
 mod levenberg_marquardt;

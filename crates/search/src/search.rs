@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::analytic::{Analytic, PriorMaterials, default_kinds};
 use crate::gp::Gp;
+use crate::guided::Guided;
 use crate::hybrid::Hybrid;
 use crate::kept::{Kept, KeptState, Reported};
 use crate::lobes::{Fit, Terms};
@@ -16,7 +17,7 @@ use crate::{Population, Probe};
 /// Sizes (units, terms) of the family of lobes that are tried.
 const SHAPES: [(usize, usize); 2] = [(4, 5), (6, 7)];
 /// First byte of a checkpoint. Increase it whenever a strategy changes its results.
-const VERSION: u8 = 11;
+const VERSION: u8 = 12;
 
 /// Inputs of a search besides its samples.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,15 +90,20 @@ impl Search {
     /// Creates a search at generation 0.
     #[must_use]
     pub fn new(samples: &Samples, options: &Options) -> Self {
+        let models = || analytic(samples, options, default_kinds());
+        if options.strategy == Strategy::Analytic {
+            return Self::of(Box::new(models()));
+        }
         // Only models are fitted to means.
-        let centres = || samples.at_centres();
-        let method: Box<dyn Method> = match options.strategy {
-            Strategy::Lobes => Box::new(lobes(&centres(), options, options.objective.into())),
-            Strategy::Analytic => Box::new(analytic(samples, options, default_kinds())),
-            Strategy::Gp => Box::new(genetic(&centres(), options)),
-            Strategy::Hybrid => Box::new(hybrid(&centres(), options)),
-        };
-        Self::of(method)
+        let centres = samples.at_centres();
+        Self::of(match samples.are_of_pictures() {
+            true => {
+                let (seed, own) = (options.seed, options.clone());
+                let build = Box::new(move |samples: &Samples| unguided(samples, &own));
+                Box::new(Guided::new(models(), centres, seed, build))
+            }
+            false => unguided(&centres, options),
+        })
     }
 
     fn of(method: Box<dyn Method>) -> Self {
@@ -252,6 +258,16 @@ fn lobes(samples: &Samples, options: &Options, terms: Terms) -> Fit {
 
 fn analytic(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Analytic {
     Analytic::new(samples, kinds, &starts(options), options.seed)
+}
+
+/// Method of a strategy other than models, from its first generation.
+fn unguided(samples: &Samples, options: &Options) -> Box<dyn Method> {
+    match options.strategy {
+        Strategy::Lobes => Box::new(lobes(samples, options, options.objective.into())),
+        Strategy::Gp => Box::new(genetic(samples, options)),
+        Strategy::Analytic => Box::new(analytic(samples, options, default_kinds())),
+        Strategy::Hybrid => Box::new(hybrid(samples, options)),
+    }
 }
 
 fn genetic(samples: &Samples, options: &Options) -> Gp {

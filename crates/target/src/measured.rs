@@ -137,13 +137,18 @@ impl MeasuredTarget {
     pub fn of_pixels(samples: &Samples) -> Result<Self, TargetError> {
         let (count, means) = (samples.len(), samples.means());
         if count <= PIXELS && means.len() <= MEANS {
-            return Self::split(samples);
+            return Ok(Self::split(samples)?.of_pictures());
         }
         let most = count.min(PIXELS);
         let picked = (0..most).map(|k| k * count / most);
         let (pairs, values) = picked.map(|at| (samples.pairs()[at], samples.values()[at])).unzip();
         let picked = Samples::new(pairs, values).with_means(means.thinned(MEANS));
-        Self::split(&picked.with_lower_bounds(samples.lower_bounds().to_vec()))
+        let picked = picked.with_lower_bounds(samples.lower_bounds().to_vec());
+        Ok(Self::split(&picked)?.of_pictures())
+    }
+
+    fn of_pictures(self) -> Self {
+        Self { fitted: self.fitted.of_pictures(), held: self.held.of_pictures(), ..self }
     }
 
     /// Makes a target that holds out every fifth sample, the first included.

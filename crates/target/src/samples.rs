@@ -16,6 +16,8 @@ pub struct Samples {
     values: Vec<[f64; 3]>,
     lower_bounds: Vec<LowerBound>,
     means: LightMeans,
+    is_of_pictures: bool,
+    expected: Vec<(DirectionPair, [f64; 3])>,
 }
 
 /// A pair for which only a lower bound of f is known, in some channels.
@@ -74,6 +76,31 @@ impl Samples {
     #[must_use]
     pub fn with_means(self, means: LightMeans) -> Self {
         Self { means, ..self }
+    }
+
+    /// Marks the samples as pixels of pictures, which show f for a part of all pairs.
+    #[must_use]
+    pub fn of_pictures(self) -> Self {
+        Self { is_of_pictures: true, ..self }
+    }
+
+    /// True if the samples are pixels of pictures.
+    #[must_use]
+    pub fn are_of_pictures(&self) -> bool {
+        self.is_of_pictures
+    }
+
+    /// Adds f as it is expected at pairs that were not measured. They are not samples and do not
+    /// count in errors.
+    #[must_use]
+    pub fn with_expected(self, expected: Vec<(DirectionPair, [f64; 3])>) -> Self {
+        Self { expected, ..self }
+    }
+
+    /// f as it is expected at pairs that were not measured.
+    #[must_use]
+    pub fn expected(&self) -> &[(DirectionPair, [f64; 3])] {
+        &self.expected
     }
 
     /// Means of f cos_i over several pairs.
@@ -169,7 +196,7 @@ impl Samples {
         self.pairs.is_empty()
     }
 
-    /// Largest f and mean of any channel; 0 if there are neither.
+    /// Largest f and mean of any channel, without expected ones; 0 if there are neither.
     #[must_use]
     pub fn largest(&self) -> f64 {
         let means = self.means.values().iter().flat_map(|value| value.mean);

@@ -189,13 +189,15 @@ pub async fn front(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json
     Ok(Json(Front { items, spread }))
 }
 
-/// Returns the darkest that the material of a search could be in its next picture.
+/// Returns the darkest that the material of a search could be under other lights.
 ///
 /// 5 % quantile of each pixel over the materials that match the pictures of the target about as
-/// well as the best, in the scene of `spread.next`, or of the first picture if there is none.
+/// well as the best: up to three pictures side by side, in the scene of the most useful next
+/// picture first, at the automatic exposure of the brightest. The scene of the first picture alone
+/// if its light cannot be moved.
 #[utoipa::path(get, path = "/v1/jobs/{id}/darkest.png", operation_id = "get_search_darkest", tag = "jobs",
     params(("id" = JobId, Path)),
-    responses((status = 200, description = "picture of up to 192 x 192 pixels", content_type = "image/png"),
+    responses((status = 200, description = "pictures of up to 160 x 160 pixels, side by side", content_type = "image/png"),
         (status = 304)))]
 pub async fn darkest(
     State(app): State<App>,
@@ -205,12 +207,12 @@ pub async fn darkest(
     extreme(&app, id, Extreme::Darkest, &headers).await
 }
 
-/// Returns the brightest that the material of a search could be in its next picture.
+/// Returns the brightest that the material of a search could be under other lights.
 ///
-/// 95 % quantile of each pixel, at the exposure of `darkest.png`.
+/// 95 % quantile of each pixel, in the scenes and at the exposures of `darkest.png`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/brightest.png", operation_id = "get_search_brightest", tag = "jobs",
     params(("id" = JobId, Path)),
-    responses((status = 200, description = "picture of up to 192 x 192 pixels", content_type = "image/png"),
+    responses((status = 200, description = "pictures of up to 160 x 160 pixels, side by side", content_type = "image/png"),
         (status = 304)))]
 pub async fn brightest(
     State(app): State<App>,

@@ -153,9 +153,9 @@ function Open() {
           pictures &&
           job &&
           html`<div class="extremes" data-testid="found-extremes">
-            ${["darkest", "brightest"].map((name) => html`<span key=${name}><img src=${`/v1/jobs/${job}/${name}.png`} alt=${`The ${name} that the material could be in ${next ? "the next" : "the first"} picture`} />${name}</span>`)}
+            ${["darkest", "brightest"].map((name) => html`<span key=${name}><img src=${`/v1/jobs/${job}/${name}.png`} alt=${`The ${name} that the material could be under other lights`} />${name}</span>`)}
           </div>
-          <p>The darkest and the brightest that each pixel of ${next ? "the next" : "the first"} picture could be: 5 and 95 % of the materials that match.</p>`
+          <p>The darkest and the brightest that each pixel could be under other lights, that of the most useful next picture first: 5 and 95 % of the materials that match.</p>`
         }
         ${next && html`<p data-testid="found-next">Next picture: ${nextInWords(next)}. Expected error with it: ${errorInWords(next.e_log)}. <a class="link" href=${scene} download="next.json">Its scene</a></p>`}
       </figcaption>

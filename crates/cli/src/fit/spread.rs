@@ -25,31 +25,31 @@ impl SpreadReport {
     ) -> Result<Self> {
         let map = spread.map(&target.fitted).context("map what is known")?;
         let e_log = spread.e_log().context("measure what is open")?;
-        let next = spread.next_picture(view).context("choose the next picture")?;
-        let scene = next.as_ref().map_or(&view.setting.scene, |next| &next.scene);
+        let next = spread.next_pictures(view).context("choose the next picture")?;
         let [darkest, brightest] =
-            darkest_and_brightest(spread, view, scene).context("draw what is open")?;
+            darkest_and_brightest(spread, view, &next).context("draw what is open")?;
+        let next = NextPicture::worth_taking(&next);
         let pictures =
             [("known", map_picture(&map)), ("darkest", darkest), ("brightest", brightest)];
         for (name, Developed { width, height, rgba, .. }) in pictures {
             let png = encode_png(width, height, &rgba);
             output::write_file(&folder.join(format!("{name}.png")), &png)?;
         }
-        if let Some(next) = &next {
+        if let Some(next) = next {
             let text = serde_json::to_string_pretty(&next.scene).context("write JSON")?;
             output::write_file(&folder.join("next.json"), text.as_bytes())?;
         }
         let json = json!({
             "e_log": e_log,
             "seen": map.seen, "deviation": map.deviation,
-            "next": next.as_ref().map(|next| json!({
+            "next": next.map(|next| json!({
                 "scene": next.scene, "light_deg": next.light_deg,
                 "e_log_before": next.e_log[0], "e_log_after": next.e_log[1],
             })),
         });
         let text = format!(
             "expected E_log over all directions: {e_log:.4}, from materials that match the pictures about as well\n{}",
-            next.as_ref().map_or_else(String::new, in_words)
+            next.map_or_else(String::new, in_words)
         );
         Ok(Self { json, text })
     }

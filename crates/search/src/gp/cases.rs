@@ -24,7 +24,7 @@ const MARGIN: f64 = 1.5;
 
 /// Samples of a genetic search.
 pub(super) struct Cases {
-    /// Training samples.
+    /// Training samples and expected values.
     pub(super) target: FitnessTarget,
     /// At most [`FEW`] of these, evenly taken.
     pub(super) few: TargetSamples,
@@ -62,16 +62,22 @@ pub(super) struct Bounds {
 
 impl Cases {
     pub(super) fn new(samples: &Samples, seed: u64) -> Self {
-        let indices =
-            |is_held: bool| (0..samples.len()).filter(move |at| is_held_back(*at) == is_held);
-        let fitted: Vec<usize> = indices(false).collect();
+        let own = || samples.pairs().iter().copied().zip(samples.values().iter().copied());
+        let part = |is_held: bool| {
+            let own = own().enumerate().filter(move |(at, _)| is_held_back(*at) == is_held);
+            own.map(|(_, sample)| sample)
+        };
+        let (pairs, values) = part(false).chain(samples.expected().iter().copied()).unzip();
+        let fitted: Samples = Samples::new(pairs, values);
+        let (pairs, values) = part(true).unzip();
+        let held = Samples::new(pairs, values);
         let step = fitted.len().div_ceil(FEW).max(1);
         let below = samples.lower_bounds().iter().flat_map(|bound| bound.f);
-        let largest = below.fold(samples.largest(), f64::max);
+        let largest = below.fold(fitted.largest().max(held.largest()), f64::max);
         Self {
-            target: target(samples, &fitted, seed),
-            few: TargetSamples::new(samples, fitted.iter().copied().step_by(step)),
-            held: TargetSamples::new(samples, indices(true)),
+            target: target(&fitted, seed),
+            few: TargetSamples::new(&fitted, step),
+            held: TargetSamples::new(&held, 1),
             bounds: Bounds::new(samples, fitted.len()),
             narrow: SampleSet::from_pairs(&narrow_pairs(NARROW, seed), &[]),
             ceiling: (MARGIN * largest).min(MeasuredTarget::LARGEST),
@@ -94,14 +100,14 @@ impl Cases {
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "the machine is of f32")]
-fn target(samples: &Samples, fitted: &[usize], seed: u64) -> FitnessTarget {
-    let pairs: Vec<DirectionPair> = fitted.iter().map(|at| samples.pairs()[*at]).collect();
+fn target(fitted: &Samples, seed: u64) -> FitnessTarget {
+    let pairs = fitted.pairs();
     let values = |channel: usize| -> Vec<f32> {
-        fitted.iter().map(|at| samples.values()[*at][channel] as f32).collect()
+        fitted.values().iter().map(|f| f[channel] as f32).collect()
     };
     let values = [values(0), values(1), values(2)];
     let cosine: Vec<f32> = pairs.iter().map(|pair| pair.cos_i() as f32).collect();
-    let set = SampleSet::from_pairs(&pairs, &[]);
+    let set = SampleSet::from_pairs(pairs, &[]);
     let rows = [0, 1, 2].map(|channel| &values[channel][..]);
     FitnessTarget::new(&set, rows, [&cosine; 3], Loss::Logarithmic, seed)
         .expect("a target's samples are within the machine's range")
@@ -122,7 +128,7 @@ impl Bounds {
         let of_few = Samples::new(pairs(&few), few.iter().map(|row| row.f).collect());
         Some(Self {
             set: SampleSet::from_pairs(&pairs(&rows), &[]),
-            few: TargetSamples::new(&of_few, 0..few.len()),
+            few: TargetSamples::new(&of_few, 1),
             few_known: few.iter().map(|row| row.is_known).collect(),
             rows,
         })
@@ -150,8 +156,9 @@ impl Bounds {
 }
 
 impl TargetSamples {
-    fn new(samples: &Samples, indices: impl Iterator<Item = usize>) -> Self {
-        let indices: Vec<usize> = indices.collect();
+    /// Takes every `step`-th sample.
+    fn new(samples: &Samples, step: usize) -> Self {
+        let indices: Vec<usize> = (0..samples.len()).step_by(step).collect();
         let pairs: Vec<DirectionPair> = indices.iter().map(|at| samples.pairs()[*at]).collect();
         let weight: Vec<f64> = pairs.iter().map(DirectionPair::cos_i).collect();
         let weighted = indices.iter().zip(&weight);

@@ -115,12 +115,23 @@ pub(super) fn lower_bounds(samples: &Samples, shape: &Shape) -> Vec<Point> {
 }
 
 /// Points of the samples, with the inputs of a shape, each of weight 1.
-#[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
 pub(super) fn points(samples: &Samples, shape: &Shape) -> Vec<Point> {
+    points_of_gain(samples, shape, gain(&samples.weighted()))
+}
+
+/// Points of the samples, and of their expected values.
+pub(super) fn points_with_expected(samples: &Samples, shape: &Shape) -> (Vec<Point>, Vec<Point>) {
+    let gain = gain(&samples.weighted());
+    let (pairs, values) = samples.expected().iter().copied().unzip();
+    let expected = points_of_gain(&Samples::new(pairs, values), shape, gain);
+    (points_of_gain(samples, shape, gain), expected)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "the fit is of f32, as the machine is")]
+fn points_of_gain(samples: &Samples, shape: &Shape, gain: f64) -> Vec<Point> {
     let set = SampleSet::from_pairs(samples.pairs(), &[]);
     let inputs: Vec<&[f32]> = shape.inputs.iter().map(|input: &Input| set.input(*input)).collect();
     let weighted = samples.weighted();
-    let gain = gain(&weighted);
     (0..samples.len())
         .map(|k| Point {
             inputs: inputs.iter().map(|row| row[k]).collect(),

@@ -80,12 +80,14 @@ impl Place {
 impl BoundEstimator {
     pub(super) fn new(samples: &Samples) -> Self {
         let bounds = samples.lower_bounds().iter().map(|bound| (bound.pair, bound.f));
-        let (pairs_below, below): (Vec<_>, Vec<_>) = bounds.unzip();
+        let has_growth = samples.lower_bounds().is_empty();
+        let more = bounds.chain(samples.expected().iter().copied());
+        let (more_pairs, more): (Vec<_>, Vec<_>) = more.unzip();
         let places: Vec<Place> =
-            samples.pairs().par_iter().chain(&pairs_below).map(Place::of).collect();
+            samples.pairs().par_iter().chain(&more_pairs).map(Place::of).collect();
         let contrasts = places.iter().map(|_| OnceLock::new()).collect();
-        let values = [samples.values(), &below].concat();
-        Self { places, values, has_growth: below.is_empty(), contrasts }
+        let values = [samples.values(), &more].concat();
+        Self { places, values, has_growth, contrasts }
     }
 
     /// Copy that does not extrapolate growth.

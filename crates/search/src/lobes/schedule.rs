@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::Lobes;
 use super::albedo::TOLERATED_ALBEDO;
 use super::batch::Batch;
-use super::block::{Point, lower_bounds, points};
+use super::block::{Point, lower_bounds, points_with_expected};
 use super::bounds::Bounds;
 use super::guard::Pool;
 use super::known::BoundEstimator;
@@ -63,13 +63,13 @@ pub(super) struct Problem {
     pub(super) shape: Shape,
     /// All samples, training and validation.
     pub(super) points: Vec<Point>,
-    /// Every fourth training sample and bound, for the first steps of starts.
+    /// Every fourth training sample, expected value and bound, for the first steps of starts.
     pub(super) part: Batch,
-    /// Training samples and bounds.
+    /// Training samples, expected values and bounds.
     pub(super) all: Batch,
     /// Validation samples.
     pub(super) held: Batch,
-    /// Training and validation samples and bounds.
+    /// Training and validation samples, expected values and bounds.
     pub(super) whole: Batch,
     /// Points at which refined fits are checked.
     pub(super) pool: Pool,
@@ -88,9 +88,9 @@ pub(super) struct Kept {
 
 impl Problem {
     pub(super) fn new(samples: &Samples, shape: Shape, bounds: &[Bounds; 2], terms: Terms) -> Self {
-        let mut points = points(samples, &shape);
+        let (mut points, mut expected) = points_with_expected(samples, &shape);
         if !terms.dark {
-            points.iter_mut().for_each(|point| point.share = 0.0);
+            points.iter_mut().chain(&mut expected).for_each(|point| point.share = 0.0);
         }
         let of = |keep: bool| {
             let indices = (0..points.len()).filter(move |at| is_held_back(*at) != keep);
@@ -99,12 +99,17 @@ impl Problem {
         let (fitted, held) = (of(true), Batch::new(of(false).into_iter()));
         let (mut guard, pool) = (bounds[0].points(&shape), Pool::new(&bounds[1], &shape, terms));
         guard.extend(lower_bounds(samples, &shape));
-        let part: Vec<&Point> =
-            fitted.iter().copied().step_by(4).chain(guard.iter().step_by(4)).collect();
+        let part: Vec<&Point> = fitted
+            .iter()
+            .copied()
+            .chain(&expected)
+            .step_by(4)
+            .chain(guard.iter().step_by(4))
+            .collect();
         let part = Batch::new(part.into_iter()).with_ridge(&shape, &points);
-        let all: Vec<&Point> = fitted.iter().copied().chain(&guard).collect();
+        let all: Vec<&Point> = fitted.iter().copied().chain(&expected).chain(&guard).collect();
         let all = Batch::new(all.into_iter()).with_ridge(&shape, &points);
-        let whole: Vec<&Point> = points.iter().chain(&guard).collect();
+        let whole: Vec<&Point> = points.iter().chain(&expected).chain(&guard).collect();
         let whole = Batch::new(whole.into_iter()).with_ridge(&shape, &points);
         Self { shape, points, part, all, held, whole, pool }
     }
@@ -124,7 +129,8 @@ impl Fit {
         let of = |shape| Problem::new(samples, shape, &bounds, terms);
         let shapes: Vec<Problem> = shapes.into_par_iter().map(of).collect();
         let below = samples.lower_bounds().iter().flat_map(|bound| bound.f);
-        let largest = below.fold(samples.largest(), f64::max);
+        let expected = samples.expected().iter().flat_map(|(_, f)| *f);
+        let largest = below.chain(expected).fold(samples.largest(), f64::max);
         let (kept, has_albedo_penalty) = (Vec::new(), false);
         Self {
             seed,

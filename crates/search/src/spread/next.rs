@@ -12,6 +12,7 @@ use brood_eval::EvalError;
 use brood_light::{Light, LightMove};
 use brood_scene::{CameraMove, Correction, LightTerms, PictureSize, Scene};
 use brood_target::{KnownView, LightMeans, PixelRadiance, Samples, ViewSetup};
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Spread, deviation};
@@ -27,6 +28,9 @@ const SIDE_PX: u32 = 24;
 
 /// Least share by which a next picture lowers the error to be worth taking.
 const WORTH: f64 = 0.1;
+/// Number of other lights, and least angle between two of them in degrees.
+const LIGHTS: usize = 3;
+const APART_DEG: f64 = 60.0;
 /// Least cosine of the angle to the eye: pixels at the outline do not count.
 const LEAST_COSINE: f64 = 0.2;
 
@@ -40,6 +44,44 @@ pub struct NextPicture {
     pub light_deg: Option<[f64; 2]>,
     /// Expected E_log over all directions before and after the picture.
     pub e_log: [f64; 2],
+}
+
+impl NextPicture {
+    /// Returns the first of sorted pictures if it lowers the expected error by a tenth, so that it
+    /// is worth taking.
+    #[must_use]
+    pub fn worth_taking(sorted: &[Self]) -> Option<&Self> {
+        sorted.first().filter(|next| next.e_log[1] < (1.0 - WORTH) * next.e_log[0])
+    }
+
+    /// Scenes that show how much materials differ under other lights: that of the first of sorted
+    /// pictures, and of the next ones whose light is at least 60 degrees from those before, three
+    /// at most. Empty if there are no pictures.
+    #[must_use]
+    pub fn other_lights(sorted: &[Self]) -> Vec<&Scene> {
+        let mut chosen: Vec<&Self> = Vec::new();
+        for next in sorted {
+            if chosen.len() < LIGHTS && chosen.iter().all(|other| next.is_far_from(other)) {
+                chosen.push(next);
+            }
+        }
+        chosen.into_iter().map(|next| &next.scene).collect()
+    }
+
+    fn is_far_from(&self, other: &Self) -> bool {
+        let cosine = match (self.light_deg, other.light_deg) {
+            (Some(one), Some(other)) => direction(one).dot(direction(other)),
+            _ => libm::cos((self.scene.light_deg - other.scene.light_deg).to_radians()),
+        };
+        cosine <= libm::cos(APART_DEG.to_radians()) + 1e-9
+    }
+}
+
+/// Direction of a lamp to the right and upwards from the eye, which looks from +z.
+fn direction(light_deg: [f64; 2]) -> DVec3 {
+    let [(sin_right, cos_right), (sin_up, cos_up)] =
+        light_deg.map(|deg| libm::sincos(deg.to_radians()));
+    DVec3::new(sin_right * cos_up, sin_up, cos_right * cos_up)
 }
 
 impl Spread {
@@ -63,16 +105,6 @@ impl Spread {
         let mut all: Vec<NextPicture> = judged.into_iter().flatten().collect();
         all.sort_by(|a, b| a.e_log[1].total_cmp(&b.e_log[1]));
         Ok(all)
-    }
-
-    /// Returns the picture with the light elsewhere after which the least error is expected; `None`
-    /// if no picture lowers it by a tenth.
-    ///
-    /// # Errors
-    /// Returns [`EvalError`] if a program cannot be evaluated.
-    pub fn next_picture(&self, view: &KnownView) -> Result<Option<NextPicture>, EvalError> {
-        let best = self.next_pictures(view)?.into_iter().next();
-        Ok(best.filter(|next| next.e_log[1] < (1.0 - WORTH) * next.e_log[0]))
     }
 
     /// ln(1 + f cos_i) or means of it that the pixels of a picture would show of every material;
