@@ -46,6 +46,8 @@ pub(super) struct Batch {
     pub(super) total: f64,
     /// Quadrature and level of the penalty on albedos above that level.
     pub(super) albedos: Option<(Arc<Albedos>, f64)>,
+    /// Residual from which differences count less than their square; infinite if all count fully.
+    pub(super) large: f64,
     /// Weight of the prior: what one squared standard deviation adds to the mean squared residual.
     pub(super) prior: Option<f64>,
 }
@@ -60,7 +62,8 @@ impl Batch {
         };
         let rows: Vec<LowerBound> = indices.iter().map(row).collect();
         let total = 3.0 * indices.len() as f64;
-        Self { lanes: Arc::new(lanes(&rows)), means: None, total, albedos: None, prior: None }
+        let lanes = Arc::new(lanes(&rows));
+        Self { lanes, means: None, total, albedos: None, large: f64::INFINITY, prior: None }
     }
 
     /// Adds means over pairs of directions.
@@ -79,6 +82,11 @@ impl Batch {
         let rows: Vec<LowerBound> = samples.lower_bounds().iter().step_by(step).copied().collect();
         Arc::make_mut(&mut self.lanes).extend(lanes(&rows));
         self
+    }
+
+    /// Makes differences above `large` count less than their square: about linearly.
+    pub(super) fn with_large(self, large: f64) -> Self {
+        Self { large, ..self }
     }
 
     /// Copy with a penalty on albedos above that level.

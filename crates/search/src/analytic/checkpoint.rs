@@ -27,6 +27,7 @@ struct KeptState {
     x: Vec<f64>,
     error: f64,
     held: f64,
+    squares: [f64; 2],
     evidence: f64,
 }
 
@@ -44,7 +45,7 @@ impl Method for Analytic {
     }
 
     fn probe(&self) -> Probe {
-        let errors = self.kept.iter().map(|kept| kept.fit.error.sqrt());
+        let errors = self.kept.iter().map(|kept| kept.squares[0].sqrt());
         Probe::of(errors.zip(self.kept.iter().map(|kept| &kept.space.form)), 0)
     }
 
@@ -63,8 +64,9 @@ impl Method for Analytic {
 
     fn save(&self) -> Vec<u8> {
         let kept = |kept: &Kept| {
-            let Kept { space, fit, held, evidence } = kept.clone();
-            KeptState { form: space.form, x: fit.point, error: fit.error, held, evidence }
+            let Kept { space, fit, held, squares, evidence } = kept.clone();
+            let error = fit.error;
+            KeptState { form: space.form, x: fit.point, error, held, squares, evidence }
         };
         let state = State {
             generation: self.generation,
@@ -78,13 +80,14 @@ impl Method for Analytic {
     fn load(&mut self, state: &[u8]) -> Option<()> {
         let state: State = postcard::from_bytes(state).ok()?;
         let prior = self.prior.clone();
-        let kept = |KeptState { form, x, error, held, evidence }: KeptState| {
+        let kept = |KeptState { form, x, error, held, squares, evidence }: KeptState| {
             if !form.is_sound() {
                 return None;
             }
             let space = Space::new(form, &prior);
             let fit = Solution { error, ..Solution::new(x) };
-            (space.len() == fit.point.len()).then_some(Kept { space, fit, held, evidence })
+            let is_whole = space.len() == fit.point.len();
+            is_whole.then_some(Kept { space, fit, held, squares, evidence })
         };
         let kinds = state.kinds.into_iter().map(ModelKind::from_number);
         self.kinds = kinds.collect::<Option<Vec<_>>>()?;

@@ -62,7 +62,7 @@ impl Analytic {
 
     /// Mean squared error of observations by which a fit is judged.
     fn error(&self, kept: &Kept) -> f64 {
-        0.5 * (kept.fit.error + kept.held) + self.equal * (LEAST_ERROR / EQUAL).powi(2)
+        0.5 * (kept.squares[0] + kept.squares[1]) + self.equal * (LEAST_ERROR / EQUAL).powi(2)
     }
 
     /// Draws points around the fit of a form.

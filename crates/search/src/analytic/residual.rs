@@ -140,6 +140,13 @@ impl Workspace {
         sum
     }
 
+    /// Mean squared residual as in [`Workspace::error_divided`], in which every residual counts
+    /// fully.
+    pub(super) fn mean_square(&mut self, space: &Space, x: (&[f64], f64), batch: &Batch) -> f64 {
+        let batch = batch.clone().with_large(f64::INFINITY);
+        self.error_divided(space, x, &batch, TableDetail::Full) / batch.total.max(1.0)
+    }
+
     /// Writes the residuals of samples, then those of albedos and of the prior, to `out`; returns
     /// the sum of their squares.
     fn residuals(
@@ -155,12 +162,13 @@ impl Workspace {
         let (of_lanes, rest) = out.split_at_mut(ROW * batch.lanes.len());
         for (lanes, out) in batch.lanes.iter().zip(of_lanes.chunks_exact_mut(ROW)) {
             let f = f(self.level, &models, &lanes.block);
-            sum += Machine::run(self.level, Compare { lanes, f: &f, share, out });
+            let compare = Compare { lanes, f: &f, share, large: batch.large, out };
+            sum += Machine::run(self.level, compare);
         }
         let mut rest = rest;
         if let Some(means) = &batch.means {
             let (of_means, after) = rest.split_at_mut(ROW * means.lanes.len());
-            sum += self.residuals_of_means(&models, share, means, of_means);
+            sum += self.residuals_of_means(&models, (share, batch.large), means, of_means);
             rest = after;
         }
         rest.fill(0.0);
@@ -190,7 +198,7 @@ impl Workspace {
     fn residuals_of_means(
         &mut self,
         models: &[PreparedModel],
-        share: f64,
+        (share, large): (f64, f64),
         means: &Means,
         out: &mut [f64],
     ) -> f64 {
@@ -213,7 +221,8 @@ impl Workspace {
                 let lane = index - first;
                 (mean[0][lane], mean[1][lane], mean[2][lane]) = (red, green, blue);
             }
-            sum += Machine::run(self.level, Compare { lanes, f: &mean, share, out });
+            let compare = Compare { lanes, f: &mean, share, large, out };
+            sum += Machine::run(self.level, compare);
         }
         sum
     }
@@ -355,11 +364,17 @@ impl SimdKernel for Sum<'_> {
 }
 
 /// Writes the residuals ln(1 + share f cos_i) minus the target; returns the sum of their squares.
-/// Negative f and NaN count as 0.
+/// Negative f and NaN count as 0. A residual r becomes r sqrt(2 / (1 + sqrt(1 + (r / large)^2))),
+/// whose square is about r^2 below `large` and 2 large |r| above.
+///
+/// # Source
+/// Charbonnier et al., *Deterministic Edge-Preserving Regularization in Computed Imaging* (1997),
+/// for this loss.
 struct Compare<'a> {
     lanes: &'a Lanes,
     f: &'a [[f64; LANES]; 3],
     share: f64,
+    large: f64,
     out: &'a mut [f64],
 }
 
@@ -368,14 +383,17 @@ impl Loop for Compare<'_> {
 
     #[inline(always)]
     fn run<F: Elementary>(self) -> f64 {
-        let Self { lanes, f, share, out } = self;
+        let Self { lanes, f, share, large, out } = self;
         let mut sums = [0.0; SUMS];
+        let by = 1.0 / large;
         let wanted = lanes.target.iter().zip(&lanes.above);
         for ((f, (target, above)), out) in f.iter().zip(wanted).zip(out.chunks_exact_mut(LANES)) {
             for k in 0..LANES {
                 let f = if f[k] > 0.0 { share * f[k] } else { 0.0 };
                 let off = F::ln(1.0 + f * lanes.weight[k]) - target[k];
                 let off = if off > 0.0 { off * above[k] } else { off };
+                let ratio = by * off;
+                let off = off * (2.0 / (1.0 + (1.0 + ratio * ratio).sqrt())).sqrt();
                 out[k] = lanes.counts[k] * off;
             }
             for part in out.chunks_exact(SUMS) {

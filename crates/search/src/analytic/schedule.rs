@@ -24,6 +24,10 @@ use crate::Progress;
 use crate::levenberg_marquardt::Solution;
 use crate::method::is_held_back;
 
+/// Difference of ln(1 + f cos_i) from which pixels of pictures count less than its square: light
+/// from other parts of the object, shadows and masks that are off by a pixel, and lamps that are
+/// not where they are said to be make few large differences.
+const LARGE: f64 = 0.03;
 /// Number of samples of the first steps.
 const FEW: usize = 384;
 /// Largest number of samples of the later steps; models have few parameters.
@@ -117,6 +121,7 @@ impl Analytic {
                 .with_lower_bounds(samples)
                 .with_means(pick_means(means, &fitted_means, (count, pairs)))
         };
+        let large = if samples.are_of_pictures() { LARGE } else { f64::INFINITY };
         let is_sample = |at: &usize| means.values()[*at].is_sample();
         let all: Vec<usize> = (0..samples.len()).collect();
         let observed = samples.observed();
@@ -128,10 +133,14 @@ impl Analytic {
             kinds,
             given: given.to_vec(),
             few: batch(FEW, FEW_PAIRS),
-            all: batch(MANY, MANY_PAIRS),
+            all: batch(MANY, MANY_PAIRS).with_large(large),
             held: Batch::new(samples, &held)
-                .with_means(means.select(held_means.into_iter().filter(is_sample))),
-            whole: Batch::new(samples, &all).with_lower_bounds(samples).with_means(means.clone()),
+                .with_means(means.select(held_means.into_iter().filter(is_sample)))
+                .with_large(large),
+            whole: Batch::new(samples, &all)
+                .with_lower_bounds(samples)
+                .with_means(means.clone())
+                .with_large(large),
             is_isotropic: means.is_isotropic(),
             albedos: Arc::new(Albedos::new()),
             prior: Arc::default(),
@@ -167,8 +176,8 @@ impl Analytic {
         Progress {
             generation: self.generation,
             evaluations: self.evaluations,
-            fitted: of(|kept| kept.fit.error),
-            held: of(|kept| kept.held),
+            fitted: of(|kept| kept.squares[0]),
+            held: of(|kept| kept.squares[1]),
         }
     }
 
@@ -329,7 +338,9 @@ impl Analytic {
                 let held = workspace.error_divided(&space, x, &self.held, TableDetail::Full);
                 let held = held / self.held.total.max(1.0);
                 let evidence = self.evidence(workspace, &space, (&fit, held));
-                Kept { held, evidence, space, fit }
+                let squares =
+                    [&self.all, &self.held].map(|batch| workspace.mean_square(&space, x, batch));
+                Kept { held, squares, evidence, space, fit }
             })
             .collect();
         for mut kept in done {

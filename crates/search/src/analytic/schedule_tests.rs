@@ -1,7 +1,7 @@
 //! Tests of what generations find, and that results depend only on samples, kinds and seed.
 
 use brood_brdf::DirectionPair;
-use brood_target::{MeasuredTarget, draw_pairs};
+use brood_target::{MeasuredTarget, draw_pairs, metric};
 use glam::DVec3;
 
 use super::*;
@@ -103,6 +103,26 @@ fn given_genome_is_kept() {
     assert_eq!(fit.best().unwrap().genome.layers().len(), 2);
     // There are no kinds to start from besides the given genome.
     assert!(fit.step().held < 1e-9);
+}
+
+#[test]
+fn few_pixels_with_other_light_do_not_change_the_material() {
+    let clean = samples(&[glass()]);
+    let brighter = clean.values().iter().enumerate();
+    let brighter = brighter.map(|(at, f)| f.map(|f| if at % 25 == 3 { f + 0.4 } else { f }));
+    let lit = Samples::new(clean.pairs().to_vec(), brighter.collect());
+    let error = |samples: &Samples| {
+        let mut fit = Analytic::new(samples, vec![ModelKind::Conductor], &[], 4);
+        fit.step();
+        let program = Program::lower(&fit.best().unwrap().genome);
+        let found = Samples::of_program(&program, clean.pairs().to_vec()).unwrap();
+        (metric::e_log(&clean.weighted(), &found.weighted()), fit.progress().held)
+    };
+    let (of_table, _) = error(&lit);
+    let (of_pictures, held) = error(&lit.clone().of_pictures());
+    assert!(3.0 * of_pictures < of_table, "{of_pictures} {of_table}");
+    // The error that is shown counts every pixel fully.
+    assert!(held > 0.03, "{held}");
 }
 
 /// Three highlights as wide as those of polished gold, at the few angles that a picture of a sphere
