@@ -11,19 +11,39 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
+use axum::body::{Body, HttpBody};
+use bytes::Bytes;
+use http::Response;
+use hyper::body::{Frame, SizeHint};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep};
 
 use crate::limit;
 
 /// Request counter of one connection.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Requests {
     begun: AtomicU64,
     ended: AtomicU64,
+    opened: Instant,
+    /// Milliseconds from `opened` to the end of the last request.
+    quiet_ms: AtomicU64,
+}
+
+impl Default for Requests {
+    fn default() -> Self {
+        let zero = AtomicU64::default;
+        Self { begun: zero(), ended: zero(), opened: Instant::now(), quiet_ms: zero() }
+    }
 }
 
 impl Requests {
+    /// Returns the time since which no request has run; `None` if one is running.
+    pub fn idle_since(&self) -> Option<Instant> {
+        let quiet = Duration::from_millis(self.quiet_ms.load(Ordering::Relaxed));
+        (!self.counts().1).then_some(self.opened + quiet)
+    }
+
     /// Counts a request as running until the guard is dropped.
     pub fn begin(self: &Arc<Self>) -> Running {
         self.begun.fetch_add(1, Ordering::Relaxed);
@@ -42,7 +62,42 @@ pub struct Running(Arc<Requests>);
 
 impl Drop for Running {
     fn drop(&mut self) {
+        let quiet = u64::try_from(self.0.opened.elapsed().as_millis()).unwrap_or(u64::MAX);
+        self.0.quiet_ms.store(quiet, Ordering::Relaxed);
         self.0.ended.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Body of an answer, whose request counts as running until the body has been sent.
+pub struct RunningBody {
+    body: Body,
+    _running: Running,
+}
+
+impl RunningBody {
+    /// Counts the request as running while its answer is sent.
+    pub fn of(response: Response<Body>, running: Running) -> Response<Body> {
+        response.map(|body| Body::new(Self { body, _running: running }))
+    }
+}
+
+impl HttpBody for RunningBody {
+    type Data = Bytes;
+    type Error = axum::Error;
+
+    fn poll_frame(
+        mut self: Pin<&mut Self>,
+        cx: &mut Context<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
+        Pin::new(&mut self.body).poll_frame(cx)
+    }
+
+    fn is_end_stream(&self) -> bool {
+        self.body.is_end_stream()
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        self.body.size_hint()
     }
 }
 
@@ -76,8 +131,8 @@ impl<S> DeadlineStream<S> {
         }
     }
 
-    /// Returns the deadline for the next byte; `None` while a request is running, whose body has a
-    /// limit of its own.
+    /// Returns the deadline for the next byte; `None` while a request is running or its answer is
+    /// being sent, whose bodies have limits of their own.
     fn read_deadline(&mut self) -> Option<Instant> {
         let (begun, running) = self.requests.counts();
         if begun != self.seen {

@@ -37,6 +37,7 @@ mod library;
 mod limit;
 mod listen;
 mod metric;
+mod open_connections;
 mod picture;
 mod presenter;
 mod problem;

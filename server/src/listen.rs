@@ -1,4 +1,5 @@
-//! Accept loop: a bounded number of connections, each with deadlines, until the server stops.
+//! Accept loop: a bounded number of connections, each with deadlines, until the server stops. Idle
+//! connections give way to new ones.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -10,25 +11,20 @@ use hyper::server::conn::http1;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::server::graceful::{GracefulShutdown, Watcher};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt;
 
-use crate::connection::{DeadlineStream, GRACE, Requests};
+use crate::connection::{DeadlineStream, GRACE, Requests, RunningBody};
 use crate::limit;
+use crate::open_connections::OpenConnections;
 
 /// Accepts connections until `stopping`, then waits a bounded time for the open ones.
 pub async fn serve(listener: TcpListener, router: Router, stopping: CancellationToken) {
     let (connections, graceful) = (TaskTracker::new(), GracefulShutdown::new());
-    let free = Arc::new(Semaphore::new(limit::CONNECTIONS));
+    let open = OpenConnections::new(limit::CONNECTIONS);
     let abandoned = CancellationToken::new();
     loop {
-        // Beyond the limit, clients wait in the system's accept queue.
-        let place = tokio::select! {
-            () = stopping.cancelled() => break,
-            place = free.clone().acquire_owned() => place.expect("the semaphore is never closed"),
-        };
         let accepted = tokio::select! {
             () = stopping.cancelled() => break,
             accepted = listener.accept() => accepted,
@@ -42,10 +38,17 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
                 continue;
             }
         };
-        let connection = drive(stream, router.clone(), graceful.watcher());
+        // While every connection has a request, clients wait here and in the system's queue.
+        let requests = Arc::new(Requests::default());
+        let place = tokio::select! {
+            () = stopping.cancelled() => break,
+            place = open.place(requests.clone()) => place,
+        };
+        let connection = drive(stream, requests, router.clone(), graceful.watcher());
         let abandoned = abandoned.clone();
         connections.spawn(async move {
-            abandoned.run_until_cancelled(connection).await;
+            let cut = place.cut();
+            abandoned.run_until_cancelled(cut.run_until_cancelled(connection)).await;
             drop(place);
         });
     }
@@ -58,18 +61,17 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
     connections.wait().await;
 }
 
-async fn drive(stream: TcpStream, router: Router, watcher: Watcher) {
+async fn drive(stream: TcpStream, requests: Arc<Requests>, router: Router, watcher: Watcher) {
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!(%error, "the connection was already closed");
         return;
     }
-    let requests = Arc::new(Requests::default());
     let io = TokioIo::new(DeadlineStream::new(stream, requests.clone()));
     let service = hyper::service::service_fn(move |request: hyper::Request<Incoming>| {
         let (router, running) = (router.clone(), requests.begin());
         async move {
             let response = router.oneshot(request.map(Body::new)).await;
-            drop(running);
+            let response = response.map(|response| RunningBody::of(response, running));
             response.map_err(|never: Infallible| match never {})
         }
     });

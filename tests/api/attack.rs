@@ -1,9 +1,11 @@
 //! Malformed and hostile requests, one per table row: each gets its status and error, changes
 //! nothing, and reveals nothing about the server's files.
 
-use brood_tests::{Answer, TestLineage, TestServer, ids};
+use brood_tests::{Answer, TestLineage, TestServer, ids, raw_request};
 use reqwest::Method;
 use serde_json::{Value, json};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
 
 /// Well-formed id that belongs to nothing.
 const UNKNOWN_ID: &str = "01900000-0000-7000-8000-000000000000";
@@ -178,4 +180,33 @@ async fn problem_shortens_quoted_input_when_it_is_long() {
     let problem: Value =
         server.post_bytes("/v1/lineages", "application/json", body).await.problem(400);
     assert!(!problem.to_string().contains(&"z".repeat(65)), "{problem}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn idle_connections_give_way_to_requests_and_event_streams_stay() {
+    let server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let mut events = TcpStream::connect(server.address()).await.unwrap();
+    let head = format!("GET {} HTTP/1.1\r\nHost: localhost\r\n\r\n", lineage.path("/events"));
+    events.write_all(head.as_bytes()).await.unwrap();
+    let mut buffer = [0; 4096];
+    assert!(events.read(&mut buffer).await.unwrap() > 0);
+    let mut idle = Vec::new();
+    for _ in 0..700 {
+        idle.push(TcpStream::connect(server.address()).await.unwrap());
+    }
+    // Before idle connections gave way, this took 30 s.
+    let asked = raw_request(
+        server.address(),
+        b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n",
+    );
+    let asked = tokio::time::timeout(std::time::Duration::from_secs(10), asked);
+    assert_eq!(asked.await.unwrap().0, 200);
+    lineage.random(1).await;
+    let mut seen = String::new();
+    while !seen.contains("event: generation") {
+        let count = events.read(&mut buffer).await.unwrap();
+        assert!(count > 0, "{seen}");
+        seen.push_str(&String::from_utf8_lossy(&buffer[..count]));
+    }
 }
