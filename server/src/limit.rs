@@ -112,10 +112,13 @@ pub const CONNECTIONS: usize = 512;
 pub const EVENT_STREAMS: usize = 256;
 /// Longest time from the first byte of a request's head to its last.
 pub const HEAD: Duration = Duration::from_secs(5);
-/// Time after which a body must have arrived, or keep arriving at [`BODY_RATE`].
+/// Time after which a body must have arrived, or have kept arriving at [`BODY_RATE`].
 pub const BODY: Duration = Duration::from_secs(10);
-/// Lowest rate of a body in bytes per second after [`BODY`].
-pub const BODY_RATE: u64 = 64 << 10;
+/// Lowest rate of a body in bytes per second, over any time of [`BODY`].
+pub const BODY_RATE: usize = 8 << 10;
+/// Rate in bytes per second below which a body that holds memory is given up when another body
+/// needs the memory.
+pub const BODY_RATE_SPARED: usize = 64 << 10;
 /// Idle time after which a connection is closed.
 pub const IDLE: Duration = Duration::from_secs(30);
 /// Time for which a closed connection is still read, so that its last answer arrives.

@@ -1,14 +1,12 @@
 //! Request bodies with limits on size, time, and the memory of all bodies together.
 
-use std::time::Duration;
-
 use axum::body::Body;
 use bytes::{Bytes, BytesMut};
 use http::{HeaderMap, Request, header};
 use http_body_util::BodyExt;
-use tokio::sync::{Semaphore, SemaphorePermit};
-use tokio::time::Instant;
+use tokio::sync::SemaphorePermit;
 
+use super::body_budget::BodyBudget;
 use crate::limit;
 use crate::problem::{ApiError, quote};
 
@@ -44,10 +42,10 @@ impl ContentType {
 
 /// Memory reserved for a body before its bytes arrive.
 const RESERVE_BYTES: usize = 4 << 20;
-/// Memory budget of clients' bodies, in bytes.
-static BODIES: Semaphore = Semaphore::const_new(limit::BODIES_BYTES);
-/// Memory budget of workers' messages, in bytes.
-static MESSAGES: Semaphore = Semaphore::const_new(limit::MESSAGES_BYTES);
+/// Memory of clients' bodies.
+static BODIES: BodyBudget = BodyBudget::new(limit::BODIES_BYTES);
+/// Memory of workers' messages.
+static MESSAGES: BodyBudget = BodyBudget::new(limit::MESSAGES_BYTES);
 
 /// Bytes with the permits for their memory, released when the last reference is dropped.
 struct BudgetedBytes {
@@ -97,7 +95,7 @@ pub async fn read_message(
 }
 
 async fn read_into(
-    budget: &'static Semaphore,
+    budget: &'static BodyBudget,
     headers: &HeaderMap,
     body: Body,
     limit: usize,
@@ -109,38 +107,28 @@ async fn read_into(
         return Err(too_large());
     }
     let expected = declared.and_then(|n| usize::try_from(n).ok()).unwrap_or(0);
-    let start = Instant::now();
     let mut body = body;
     let mut first: Option<Bytes> = None;
     let mut rest = BytesMut::new();
-    let mut received = 0usize;
-    let mut permits: Option<SemaphorePermit<'static>> = None;
+    let mut memory = budget.body();
     loop {
-        let allowance = Duration::from_secs(received as u64 / limit::BODY_RATE);
-        let frame = tokio::time::timeout_at(start + limit::BODY + allowance, body.frame())
-            .await
-            .map_err(|_| ApiError::slow_body("send the body faster, or in smaller parts"))?;
+        let frame = tokio::select! {
+            frame = tokio::time::timeout_at(memory.deadline(), body.frame()) => frame,
+            () = memory.taken() => return Err(ApiError::slow_body(
+                "the memory of this slow body was needed for others; send it faster, or later",
+            )),
+        };
+        let frame =
+            frame.map_err(|_| ApiError::slow_body("send the body faster, or in smaller parts"))?;
         let Some(frame) = frame else { break };
         let frame = frame.map_err(|error| {
             ApiError::bad_request("the body is incomplete").with_inner(error.to_string())
         })?;
         let Ok(data) = frame.into_data() else { continue };
-        received += data.len();
-        if received > limit {
+        if memory.add(data.len()) > limit {
             return Err(too_large());
         }
-        let taken = permits.as_ref().map_or(0, SemaphorePermit::num_permits);
-        let more = received.saturating_sub(limit::BODY_FREE + taken);
-        if more > 0 {
-            let more = u32::try_from(more).map_err(|_| too_large())?;
-            let more = budget
-                .try_acquire_many(more)
-                .map_err(|_| ApiError::busy("too many large bodies are being read; retry later"))?;
-            match &mut permits {
-                Some(permits) => permits.merge(more),
-                None => permits = Some(more),
-            }
-        }
+        memory.reserve().await?;
         match &first {
             None => first = Some(data),
             Some(head) => {
@@ -155,7 +143,7 @@ async fn read_into(
         }
     }
     let bytes = if rest.is_empty() { first.unwrap_or_default() } else { rest.freeze() };
-    Ok(match permits {
+    Ok(match memory.into_permits() {
         Some(permits) => Bytes::from_owner(BudgetedBytes { bytes, _permits: permits }),
         None => bytes,
     })
@@ -163,6 +151,8 @@ async fn read_into(
 
 #[cfg(test)]
 mod tests {
+    use futures::StreamExt;
+
     use super::*;
 
     #[tokio::test]
@@ -181,7 +171,7 @@ mod tests {
 
     #[tokio::test]
     async fn large_body_is_refused_when_the_memory_budget_is_used_up() {
-        let budget: &'static Semaphore = Box::leak(Box::new(Semaphore::new(100)));
+        let budget: &'static BodyBudget = Box::leak(Box::new(BodyBudget::new(100)));
         let none = HeaderMap::new();
         let read = |n: usize| {
             let part = |_| Ok::<_, std::io::Error>(Bytes::from_static(&[7; 1024]));
@@ -199,8 +189,49 @@ mod tests {
             "small bodies need no permit"
         );
         drop(held);
-        assert_eq!(budget.available_permits(), 100);
         read(limit::BODY_FREE + 100).await.unwrap();
+    }
+
+    /// Body that sends parts of this size after these pauses, and then nothing.
+    fn arriving(parts: Vec<(usize, u64)>) -> Body {
+        let parts = futures::stream::iter(parts).then(|(bytes, pause_s)| async move {
+            tokio::time::sleep(std::time::Duration::from_secs(pause_s)).await;
+            Ok::<_, std::io::Error>(Bytes::from(vec![7; bytes]))
+        });
+        Body::from_stream(parts.chain(futures::stream::pending()))
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn large_body_is_refused_ten_seconds_after_it_stops() {
+        let start = tokio::time::Instant::now();
+        let body = arriving(vec![(20 << 20, 1)]);
+        let error = read_body(&HeaderMap::new(), body, 30 << 20).await.unwrap_err();
+        assert_eq!((error.status(), start.elapsed().as_secs()), (408, 11));
+        // At 9 KiB/s.
+        let start = tokio::time::Instant::now();
+        let body = arriving((0..100).map(|_| (9 << 10, 1)).collect());
+        read_body(&HeaderMap::new(), body, 30 << 20).await.unwrap_err();
+        assert!((100..=110).contains(&start.elapsed().as_secs()));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn slow_body_gives_its_memory_up_for_another() {
+        let budget: &'static BodyBudget = Box::leak(Box::new(BodyBudget::new(100)));
+        let none = HeaderMap::new();
+        let large = limit::BODY_FREE + 60;
+        let slow = arriving([(large, 0)].into_iter().chain((0..20).map(|_| (0, 1))).collect());
+        let slow = tokio::spawn(async move {
+            let none = HeaderMap::new();
+            read_into(budget, &none, slow, 1 << 20).await
+        });
+        tokio::time::sleep(std::time::Duration::from_secs(5)).await;
+        let read = read_into(budget, &none, Body::from(vec![8; large]), 1 << 20).await.unwrap();
+        assert_eq!(read.len(), large);
+        let error = slow.await.unwrap().unwrap_err();
+        assert_eq!(error.status(), 408);
+        // Memory of a body that has arrived stays with it.
+        let refused = read_into(budget, &none, Body::from(vec![8; large]), 1 << 20).await;
+        assert_eq!(refused.unwrap_err().status(), 503);
     }
 
     #[tokio::test(start_paused = true)]

@@ -2,6 +2,7 @@
 //! invalid part.
 
 mod body;
+mod body_budget;
 mod if_match;
 mod json;
 mod multipart;
