@@ -1,4 +1,5 @@
-//! Event hubs, one per lineage or search, with a bounded history for clients that reconnect.
+//! Event hubs, one per lineage or search that clients listen to, with a bounded history for clients
+//! that reconnect.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -15,6 +16,9 @@ use crate::limit;
 const HUB_EVENTS: usize = 1024;
 /// Time without listeners and events after which a hub is dropped.
 const HUB_TTL: Duration = Duration::from_secs(600);
+/// Most hubs; each takes 32 KB. If there are more, the one without listeners that was unused the
+/// longest is dropped.
+const HUBS: usize = 2 * limit::EVENT_STREAMS;
 
 /// Subject of an event stream.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -50,7 +54,7 @@ pub struct Event {
     pub data: String,
 }
 
-/// Hubs of all lineages and searches.
+/// Hubs of lineages and searches that somebody listens to, or did lately.
 #[derive(Debug)]
 pub struct Events {
     /// Random id of this process, which invalidates event ids from before a restart.
@@ -168,7 +172,9 @@ impl Events {
 
     fn publish(&self, topic: impl Into<Topic>, name: &'static str, data: &Value) {
         let mut hubs = self.lock();
-        let hub = hubs.of(topic.into());
+        // Nobody has listened, so nobody can have missed it.
+        let Some(hub) = hubs.by_topic.get_mut(&topic.into()) else { return };
+        hub.used = Instant::now();
         let event = Arc::new(Event { hub: hub.id, number: hub.next, name, data: data.to_string() });
         hub.next += 1;
         hub.recent.push_back(event.clone());
@@ -187,6 +193,11 @@ impl Events {
 impl Hubs {
     /// Returns the topic's hub, created if missing.
     fn of(&mut self, topic: Topic) -> &mut Hub {
+        if self.by_topic.len() >= HUBS && !self.by_topic.contains_key(&topic) {
+            let unused = self.by_topic.iter().filter(|(_, hub)| hub.sender.receiver_count() == 0);
+            let oldest = unused.min_by_key(|(_, hub)| hub.used).map(|(topic, _)| *topic);
+            oldest.and_then(|topic| self.by_topic.remove(&topic));
+        }
         let hub = self.by_topic.entry(topic).or_insert_with(|| {
             self.made += 1;
             Hub::new(self.made)
@@ -234,6 +245,7 @@ mod tests {
     fn subscription_asks_to_resync_when_events_are_lost() {
         let events = Events::new();
         let lineage = LineageId::fresh();
+        events.subscribe(lineage, None);
         events.generation(lineage, GenerationId::fresh());
         let first = events.id(&events.lock().by_topic[&Topic::Lineage(lineage)].recent[0]);
         for _ in 0..HUB_EVENTS + 1 {
@@ -266,6 +278,21 @@ mod tests {
             again.resync && again.missed.is_empty(),
             "an id of the dropped hub, whose number the new hub also has"
         );
+    }
+
+    #[test]
+    fn only_lineages_with_listeners_have_hubs_and_their_number_is_bounded() {
+        let events = Events::new();
+        events.generation(LineageId::fresh(), GenerationId::fresh());
+        assert!(events.lock().by_topic.is_empty());
+        let kept = LineageId::fresh();
+        let listener = events.subscribe(kept, None);
+        for _ in 0..2 * HUBS {
+            events.subscribe(LineageId::fresh(), None);
+        }
+        assert_eq!(events.lock().by_topic.len(), HUBS);
+        events.generation(kept, GenerationId::fresh());
+        assert_eq!(listener.receiver.len(), 1, "a hub with a listener stays");
     }
 
     #[test]
