@@ -26,9 +26,12 @@ pub enum ServerError {
     /// A name for `--allow-host` is not a host name.
     #[error("'{0}' is not a host name")]
     HostName(String),
-    /// The data directory cannot be opened or closed.
+    /// The data directory cannot be opened.
     #[error("cannot open the data directory: {0}")]
     Storage(#[from] StorageError),
+    /// The data directory cannot be closed.
+    #[error("the server stopped: {0}")]
+    Closing(StorageError),
     /// The picture cache cannot be opened.
     #[error("cannot open the picture cache: {0}")]
     Cache(std::io::Error),

@@ -138,7 +138,12 @@ impl<'a> Presenter<'a> {
         let rows = self.rows.iter().map(|row| row.as_ref().clone()).collect();
         match self.app.store.put_pictures(rows).await {
             // Reads must work while writes fail: the keys stay in memory until the next start.
-            Err(error @ (StorageError::Full | StorageError::Busy | StorageError::Poisoned)) => {
+            Err(
+                error @ (StorageError::Full
+                | StorageError::Busy
+                | StorageError::Poisoned
+                | StorageError::Gone),
+            ) => {
                 tracing::warn!(%error, "cannot store picture keys");
                 Ok(())
             }

@@ -185,7 +185,8 @@ impl Server {
     /// store.
     ///
     /// # Errors
-    /// [`ServerError::Storage`] if the store cannot be closed cleanly.
+    /// [`ServerError::Closing`] if a write to the disk has failed, which also ends the server, or if
+    /// the store cannot be closed cleanly.
     pub async fn run(self, shutdown: CancellationToken) -> Result<(), ServerError> {
         let Self { app, listener, writes, .. } = self;
         let mut background = JoinSet::new();
@@ -212,7 +213,7 @@ impl Server {
         if let Err(error) = writer.await {
             tracing::warn!(%error, "the picture cache was not written completely");
         }
-        app.store.clone().close().await?;
+        app.store.clone().close().await.map_err(ServerError::Closing)?;
         tracing::info!("stopped");
         Ok(())
     }
@@ -252,7 +253,15 @@ async fn run_maintenance(app: App) {
     loop {
         tokio::select! {
             () = app.stopping.cancelled() => return,
-            _ = leases.tick() => end_all_leases(&app, LeaseEnd::Expired).await,
+            _ = leases.tick() => {
+                if app.store.is_poisoned() {
+                    // A restart reads from the disk what was stored; until then, answers could
+                    // show what is not.
+                    app.stopping.cancel();
+                    return;
+                }
+                end_all_leases(&app, LeaseEnd::Expired).await;
+            }
             _ = tidy.tick() => {
                 app.events.sweep();
                 app.metrics.upkeep();

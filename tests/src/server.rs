@@ -128,6 +128,15 @@ impl TestServer {
     pub fn terminate(&mut self) -> i32 {
         let signal = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status();
         assert!(signal.is_ok_and(|status| status.success()), "the server can be signalled");
+        self.wait()
+    }
+
+    /// Waits until the server ends by itself; returns its exit code.
+    ///
+    /// # Panics
+    /// If it does not end within 30 s.
+    #[must_use]
+    pub fn wait(&mut self) -> i32 {
         let deadline = Instant::now() + Duration::from_secs(30);
         loop {
             if let Some(status) = self.child.try_wait().expect("a child can be waited for") {

@@ -30,6 +30,10 @@ pub enum StorageError {
     /// A write to the disk failed earlier. All writes fail until the process is restarted.
     #[error("the store is read-only since a write to the disk failed; restart the server")]
     Poisoned,
+    /// Lock or database are no longer in the data directory. All writes fail until the process is
+    /// restarted.
+    #[error("the database was removed from the data directory, or replaced, while it was in use")]
+    Gone,
     /// Too many writes are waiting, or no read connection became free in time. Nothing was written.
     #[error("the store is busy; try again later")]
     Busy,
@@ -93,7 +97,7 @@ impl StorageError {
     pub(crate) fn failure_scope(&self) -> FailureScope {
         match self {
             Self::Full => FailureScope::Transaction,
-            Self::Poisoned => FailureScope::Store,
+            Self::Poisoned | Self::Gone => FailureScope::Store,
             Self::Database(sqlx::Error::Io(_) | sqlx::Error::WorkerCrashed) => FailureScope::Store,
             Self::Database(error) if code(error).is_some_and(|c| c & 0xff == SQLITE_IOERR) => {
                 FailureScope::Store

@@ -1,7 +1,8 @@
-//! Lock of the data directory: at most one server per directory.
+//! Lock of the data directory: at most one server per directory, for as long as lock and database
+//! are in it.
 
-use std::fs::{DirBuilder, File, TryLockError};
-use std::path::Path;
+use std::fs::{DirBuilder, File, Metadata, TryLockError};
+use std::path::{Path, PathBuf};
 
 use crate::StorageError;
 use crate::error::Result;
@@ -10,7 +11,12 @@ use crate::error::Result;
 #[derive(Debug)]
 pub(crate) struct DirectoryLock {
     _file: File,
+    /// Files that must stay in the directory, as they were when it was opened.
+    watched: Vec<(PathBuf, FileId)>,
 }
+
+/// Identity of a file: device and number on it.
+type FileId = (u64, u64);
 
 impl DirectoryLock {
     /// Creates the directory if needed and locks it.
@@ -20,16 +26,45 @@ impl DirectoryLock {
         #[cfg(unix)]
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
         builder.create(dir).map_err(StorageError::Directory)?;
+        let path = dir.join("brood.lock");
         let file = File::options()
             .create(true)
             .truncate(false)
             .write(true)
-            .open(dir.join("brood.lock"))
+            .open(&path)
             .map_err(StorageError::Directory)?;
         match file.try_lock() {
-            Ok(()) => Ok(Self { _file: file }),
+            Ok(()) => Self { _file: file, watched: Vec::new() }.watching(path),
             Err(TryLockError::WouldBlock) => Err(StorageError::Locked),
             Err(TryLockError::Error(error)) => Err(StorageError::Directory(error)),
         }
     }
+
+    /// Also watches a file, which must exist.
+    pub(crate) fn watching(mut self, path: PathBuf) -> Result<Self> {
+        let known = std::fs::metadata(&path).map_err(StorageError::Directory)?;
+        self.watched.push((path, id(&known)));
+        Ok(self)
+    }
+
+    /// True if lock and database are still in the directory. Otherwise writes go to files that
+    /// nobody can open again, or another server may have taken the lock.
+    pub(crate) fn is_in_place(&self) -> bool {
+        let same = |(path, known): &(PathBuf, FileId)| {
+            std::fs::metadata(path).is_ok_and(|found| id(&found) == *known)
+        };
+        self.watched.iter().all(same)
+    }
+}
+
+#[cfg(unix)]
+fn id(of: &Metadata) -> FileId {
+    use std::os::unix::fs::MetadataExt;
+    (of.dev(), of.ino())
+}
+
+/// Without numbers of files, a file that was replaced is taken for the same.
+#[cfg(not(unix))]
+fn id(_: &Metadata) -> FileId {
+    (0, 0)
 }

@@ -83,6 +83,11 @@ impl Store {
         let lock = DirectoryLock::take(dir)?;
         let file = dir.join(FILE);
         let unclean = log_bytes(dir) > 0;
+        if std::fs::metadata(&file).is_ok_and(|known| known.len() == 0) {
+            return Err(StorageError::Corrupt(format!(
+                "{FILE} is empty; restore a backup, or delete the file to start anew"
+            )));
+        }
         let mut conn = connection::writing(&file, true).connect().await?;
         connection::assert_writing(&mut conn).await?;
         let sqlite_version = connection::sqlite_version(&mut conn).await?;
@@ -96,6 +101,7 @@ impl Store {
             );
         }
         connection::migrate(&mut conn).await?;
+        let lock = lock.watching(file.clone())?;
         Self::start(conn, &file, Some(lock), sqlite_version).await
     }
 

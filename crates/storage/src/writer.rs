@@ -351,7 +351,9 @@ impl WriterTask {
                 }
             }
         };
-        match end {
+        // Checked after the commit: what is answered is in the directory.
+        let is_gone = self.lock.as_ref().is_some_and(|lock| !lock.is_in_place());
+        match if is_gone { Err(StorageError::Gone) } else { end } {
             Ok(()) => {
                 self.logged += replies.len();
                 let times = GroupTimes { started, written, synced: Instant::now() };
@@ -379,7 +381,12 @@ impl WriterTask {
 
     /// Rejects all writes until the process ends.
     fn poison(&mut self, error: &StorageError) {
-        tracing::error!(%error, detail = ?error, "a write to the disk failed; the store is read-only");
+        match error {
+            StorageError::Gone => tracing::error!("{error}; what was written last is lost"),
+            _ => {
+                tracing::error!(%error, detail = ?error, "a write to the disk failed; the store is read-only")
+            }
+        }
         self.poisoned.store(true, Ordering::Release);
         // Closing the connection could run a checkpoint. It would copy pages that the disk may have
         // lost although the page cache still has them. Only the next start, which reads the disk,
@@ -399,6 +406,9 @@ impl WriterTask {
             }
         }
         let result = match self.conn.take() {
+            None if self.lock.as_ref().is_some_and(|lock| !lock.is_in_place()) => {
+                Err(StorageError::Gone)
+            }
             None => Err(StorageError::Poisoned),
             Some(conn) => close_connection(conn, self.lock.is_some()).await,
         };

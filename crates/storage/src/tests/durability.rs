@@ -212,6 +212,36 @@ async fn store_rejects_writes_when_disk_has_failed() {
 }
 
 #[tokio::test]
+async fn store_rejects_writes_when_its_files_are_removed_or_replaced() {
+    for name in ["brood.db", "brood.lock"] {
+        for is_replaced in [false, true] {
+            let (dir, store) = open().await;
+            let lineage = lineage(&store).await;
+            let file = dir.path().join(name);
+            if is_replaced {
+                std::fs::copy(&file, dir.path().join("copy")).unwrap();
+            }
+            std::fs::remove_file(&file).unwrap();
+            if is_replaced {
+                std::fs::rename(dir.path().join("copy"), &file).unwrap();
+            }
+            let lost = store.create_generation(new_generation(lineage, &[], "a")).await;
+            assert!(matches!(lost, Err(StorageError::Poisoned)), "{name}: {lost:?}");
+            assert!(store.is_poisoned());
+            assert!(matches!(store.close().await, Err(StorageError::Gone)), "{name}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn empty_database_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("brood.db"), []).unwrap();
+    let error = Store::open(dir.path()).await.unwrap_err().to_string();
+    assert!(error.contains("brood.db is empty"), "{error}");
+}
+
+#[tokio::test]
 async fn store_rejects_writes_when_transaction_is_lost() {
     let (_dir, store) = open().await;
     let lost = store
