@@ -70,6 +70,24 @@ async fn no_acknowledged_generation_is_lost_when_the_server_is_killed_twenty_tim
     );
 }
 
+/// The server ends with an error once its data is gone, and does not acknowledge what it cannot
+/// keep.
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread")]
+async fn server_stops_when_its_data_directory_is_removed() {
+    let mut server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    lineage.random(1).await;
+    let path = lineage.path("/generations");
+    std::fs::remove_dir_all(server.data()).unwrap();
+    let body = json!({"parents": [], "seed": 2});
+    let birth = server.request(Method::POST, &path).json(&body);
+    assert_ne!(server.send(birth).await.status, 201);
+    let status = server.wait();
+    let log = server.log();
+    assert!(status != 0 && log.contains("was removed from the data directory"), "{status}: {log}");
+}
+
 /// Returns the workers started by this process: those that render, or those that search.
 #[cfg(target_os = "linux")]
 fn workers_of(process: u32, that_search: bool) -> Vec<u32> {
@@ -130,6 +148,26 @@ async fn every_picture_arrives_when_a_worker_is_killed_while_rendering() {
     let pictures: usize = seen.iter().map(|round| round.1).sum();
     assert_eq!((killed, pictures), (3, 3 * 60));
     println!("kill -9 of workers: {killed} killed, all of {pictures} pictures came");
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test(flavor = "multi_thread")]
+async fn stopped_worker_is_replaced() {
+    let server = TestServer::start();
+    let lineage = TestLineage::with(&server, json!({"name": "frozen", "thumbnail_px": 32})).await;
+    let first = lineage.breed(json!({"parents": [], "count": 1, "seed": 1})).await;
+    server.get(&text_of(&first["individuals"][0]["thumbnail"])).await.expect(200);
+    let worker = workers_of(server.process(), false)[0].to_string();
+    let stop = std::process::Command::new("kill").args(["-STOP", worker.as_str()]).status();
+    assert!(stop.unwrap().success());
+    let start = Instant::now();
+    let second = lineage.breed(json!({"parents": [], "count": 2, "seed": 2})).await;
+    for child in second["individuals"].as_array().unwrap() {
+        let answer = server.get(&text_of(&child["thumbnail"])).await;
+        assert_eq!(answer.expect(200).picture().dimensions(), (32, 32));
+    }
+    assert!(server.log().contains("no sign of life"), "{}", server.log());
+    println!("stopped worker: pictures after {} ms", start.elapsed().as_millis());
 }
 
 #[cfg(target_os = "linux")]

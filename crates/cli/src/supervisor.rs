@@ -1,8 +1,9 @@
-//! Supervisor of the local worker processes: starts them, restarts them when they die, stops them
-//! with the server.
+//! Supervisor of the local worker processes: starts them, restarts them when they die or are
+//! stopped, stops them with the server.
 //!
 //! A worker's stdin is a pipe from the supervisor, and the worker exits when it closes; so no
-//! worker outlives its server, even if the server is killed. The token is passed in the
+//! worker outlives its server, even if the server is killed. Its stdout is a pipe to the
+//! supervisor, by which it shows that it runs. The token is passed in the
 //! environment, which other users of the machine cannot read.
 
 use std::num::NonZeroUsize;
@@ -12,7 +13,8 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use brood_protocol::{Backend, TOKEN_VARIABLE};
 use brood_server::WorkerReaper;
-use tokio::process::{Child, Command};
+use tokio::io::AsyncReadExt;
+use tokio::process::{Child, ChildStdout, Command};
 use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep, timeout};
 use tokio_util::sync::CancellationToken;
@@ -23,6 +25,10 @@ const INITIAL_BACKOFF: Duration = Duration::from_millis(200);
 const MAX_BACKOFF: Duration = Duration::from_secs(10);
 /// A worker that ran longer than this resets the back-off.
 const STABLE_AFTER: Duration = Duration::from_secs(30);
+/// Time without a sign of life after which a worker is replaced: one that renders, and one that
+/// searches at the lowest priority.
+const SILENT: Duration = Duration::from_secs(4);
+const SEARCHER_SILENT: Duration = Duration::from_secs(30);
 /// Time for a worker to exit before it is killed.
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -67,10 +73,16 @@ async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
             Ok(mut child) => {
                 tracing::debug!(name, pid = child.id(), "worker started");
                 // Taken out of the child, because `wait` closes its stdin.
-                let stdin = child.stdin.take();
+                let (stdin, stdout) = (child.stdin.take(), child.stdout.take());
+                let limit = if plan.searches { SEARCHER_SILENT } else { SILENT };
                 tokio::select! {
                     ended = child.wait() => {
                         report(&name, ended);
+                        plan.worker_reaper.requeue_jobs_of(&name).await;
+                    }
+                    () = silent(stdout, limit) => {
+                        tracing::warn!(name, "worker shows no sign of life; replacing it");
+                        kill(&name, child).await;
                         plan.worker_reaper.requeue_jobs_of(&name).await;
                     }
                     () = stop.cancelled() => {
@@ -99,7 +111,7 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
         .args(["--server", &plan.server, "--backend", plan.backend.name()])
         .env(TOKEN_VARIABLE, &plan.token)
         .stdin(Stdio::piped())
-        .stdout(Stdio::null())
+        .stdout(Stdio::piped())
         .kill_on_drop(true);
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // Without this, Vulkan drivers print warnings about the missing directory on servers.
@@ -125,8 +137,26 @@ fn report(name: &str, ended: std::io::Result<ExitStatus>) {
 async fn end(name: &str, mut child: Child) {
     if timeout(STOP_TIMEOUT, child.wait()).await.is_err() {
         tracing::warn!(name, "worker did not stop in time; killing it");
-        if let Err(error) = child.kill().await {
-            tracing::error!(name, %error, "worker cannot be killed");
+        kill(name, child).await;
+    }
+}
+
+async fn kill(name: &str, mut child: Child) {
+    if let Err(error) = child.kill().await {
+        tracing::error!(name, %error, "worker cannot be killed");
+    }
+}
+
+/// Completes once the worker has written nothing for this time. Never if stdout is closed: then the
+/// process is ending.
+async fn silent(stdout: Option<ChildStdout>, limit: Duration) {
+    let Some(mut stdout) = stdout else { return std::future::pending().await };
+    let mut beats = [0; 64];
+    loop {
+        match timeout(limit, stdout.read(&mut beats)).await {
+            Ok(Ok(count)) if count > 0 => {}
+            Ok(_) => std::future::pending().await,
+            Err(_) => return,
         }
     }
 }

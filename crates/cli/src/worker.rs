@@ -1,6 +1,6 @@
 //! `brood worker`: renders, or searches and exports, for a server, on this machine or another.
 
-use std::io::Read;
+use std::io::{Read, Write};
 use std::num::NonZeroUsize;
 use std::time::Duration;
 
@@ -13,6 +13,8 @@ use tokio_util::sync::CancellationToken;
 
 use crate::{place, serve};
 
+/// Interval of the bytes by which a supervisor sees that its worker runs.
+const BEAT: Duration = Duration::from_millis(500);
 /// Lowest scheduling priority.
 #[cfg(unix)]
 const LOWEST_PRIORITY: i32 = 19;
@@ -41,7 +43,7 @@ pub struct WorkerArgs {
     /// Search and export instead of rendering, at the lowest CPU priority
     #[arg(long)]
     searches: bool,
-    /// Exit when stdin is closed
+    /// Exit when stdin is closed, and write a byte to stdout every half a second
     #[arg(long, hide = true)]
     while_stdin_is_open: bool,
 }
@@ -84,6 +86,7 @@ async fn work(args: WorkerArgs) -> Result<()> {
                 shutdown.cancel();
             })
             .context("watch stdin")?;
+        std::thread::Builder::new().name("beat".to_owned()).spawn(beat).context("start to beat")?;
     }
     if args.searches {
         let config = SearcherConfig {
@@ -108,6 +111,14 @@ async fn work(args: WorkerArgs) -> Result<()> {
         cache_bytes: args.cache_mib << 20,
     };
     Ok(brood_worker::run(config, shutdown).await?)
+}
+
+/// Writes a byte every [`BEAT`], until nobody reads them.
+fn beat() {
+    let mut stdout = std::io::stdout();
+    while stdout.write_all(b".").and_then(|()| stdout.flush()).is_ok() {
+        std::thread::sleep(BEAT);
+    }
 }
 
 fn default_name() -> String {
