@@ -6,12 +6,17 @@ use glam::DVec3;
 use super::sample::{MeasuredSamples, SampleError};
 use crate::{DirectionError, DirectionPair};
 
+/// Most columns of a table.
+const COLUMNS: usize = 1024;
 const DIRECTIONS: [&str; 6] = ["wix", "wiy", "wiz", "wox", "woy", "woz"];
 
 /// Error of [`pairs_from_csv`] and [`MeasuredSamples::from_csv`]. Rows count from 1 after the
 /// header.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CsvError {
+    /// There are too many columns.
+    #[error("the header must have at most {COLUMNS} columns")]
+    Columns,
     /// A column is missing or appears twice.
     #[error("the header must have the column {0} once")]
     Column(&'static str),
@@ -50,7 +55,11 @@ pub fn pairs_from_csv<const N: usize>(
 ) -> Result<Vec<(DirectionPair, [f64; N])>, CsvError> {
     let text = text.trim_start_matches('\u{feff}');
     let mut lines = text.lines().filter(|l| !l.trim().is_empty() && !l.starts_with('#'));
-    let header: Vec<&str> = lines.next().unwrap_or_default().split(',').map(field).collect();
+    let header = lines.next().unwrap_or_default().split(',').map(field);
+    let header: Vec<&str> = header.take(COLUMNS + 1).collect();
+    if header.len() > COLUMNS {
+        return Err(CsvError::Columns);
+    }
     let mut directions = [(0, ""); 6];
     for (column, name) in directions.iter_mut().zip(DIRECTIONS) {
         *column = (find(&header, name)?.ok_or(CsvError::Column(name))?, name);
@@ -63,7 +72,7 @@ pub fn pairs_from_csv<const N: usize>(
         }
     }
     let row = |(line, number): (&str, usize)| {
-        let fields: Vec<&str> = line.split(',').map(field).collect();
+        let fields: Vec<&str> = line.split(',').take(header.len()).map(field).collect();
         let read = |(place, name): (usize, &'static str)| {
             let value = fields.get(place).and_then(|text| text.parse::<f64>().ok());
             value.filter(|value| value.is_finite()).ok_or(CsvError::Number(number, name))
@@ -107,6 +116,17 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    #[test]
+    fn table_of_too_many_columns_is_refused() {
+        let header = |more: usize| format!("wix,wiy,wiz,wox,woy,woz{}", ",".repeat(more));
+        let rows = |text: &str| pairs_from_csv::<0>(text, []);
+        let row = "0,0,1,0,0,1";
+        let text = format!("{}\n{row}{}\n", header(0), ",".repeat(5000));
+        assert_eq!(rows(&text).unwrap().len(), 1, "what follows the last column is ignored");
+        assert!(rows(&header(COLUMNS - 6)).unwrap().is_empty());
+        assert_eq!(rows(&header(1 << 20)), Err(CsvError::Columns));
+    }
 
     const HEADER: &str = "wix,wiy,wiz,wox,woy,woz,r,g,b\n";
 

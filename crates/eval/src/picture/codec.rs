@@ -3,7 +3,8 @@
 use std::io::Cursor;
 
 use brood_light::{EnvironmentError, EnvironmentMap};
-use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Rgba};
+use image::error::DecodingError;
+use image::{ImageBuffer, ImageError, ImageFormat, ImageReader, Limits, Rgba};
 
 use crate::RadianceImage;
 
@@ -18,7 +19,23 @@ pub enum PictureError {
     Kind,
     /// The EXR encoder failed.
     #[error("the picture cannot be encoded as EXR: {0}")]
-    Exr(#[from] image::ImageError),
+    Exr(#[from] ImageError),
+}
+
+/// Most bytes of the header of a Radiance HDR file.
+const HDR_HEADER_BYTES: usize = 64 << 10;
+
+/// Checks that the header of a Radiance HDR file has an end: the decoder keeps every line.
+///
+/// # Errors
+/// Returns a decoding error if an empty line is missing from the first 64 KiB.
+pub(super) fn check_header(bytes: &[u8], format: ImageFormat) -> Result<(), ImageError> {
+    let head = &bytes[..bytes.len().min(HDR_HEADER_BYTES)];
+    if format != ImageFormat::Hdr || head.windows(2).any(|two| two == b"\n\n") {
+        return Ok(());
+    }
+    let reason = "the header must end with an empty line within 64 KiB";
+    Err(ImageError::Decoding(DecodingError::new(format.into(), reason)))
 }
 
 /// Error of bytes that cannot be read as an environment map.
@@ -29,7 +46,7 @@ pub enum EnvironmentFileError {
     Kind,
     /// The file is broken or too large.
     #[error("the picture of the environment cannot be read: {0}")]
-    Image(#[from] image::ImageError),
+    Image(#[from] ImageError),
     /// The pixels are not a valid environment.
     #[error(transparent)]
     Environment(#[from] EnvironmentError),
@@ -51,6 +68,7 @@ pub fn decode_environment(bytes: &[u8]) -> Result<EnvironmentMap, EnvironmentFil
     if !matches!(format, ImageFormat::Hdr | ImageFormat::OpenExr) {
         return Err(EnvironmentFileError::Kind);
     }
+    check_header(bytes, format)?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(8192), Some(8192));
@@ -186,5 +204,15 @@ mod tests {
         let png = encode_png(1, 1, &[0; 4]);
         assert!(matches!(decode_environment(&png), Err(EnvironmentFileError::Kind)));
         assert!(matches!(decode_environment(b""), Err(EnvironmentFileError::Kind)));
+    }
+
+    #[test]
+    fn hdr_header_without_an_end_is_refused() {
+        let mut bytes = b"#?RADIANCE\n".to_vec();
+        bytes.extend(b"KEY=value\n".repeat(1 << 20));
+        let error = decode_environment(&bytes).unwrap_err().to_string();
+        assert!(error.contains("within 64 KiB"), "{error}");
+        let error = crate::picture_size(&bytes).unwrap_err().to_string();
+        assert!(error.contains("within 64 KiB"), "{error}");
     }
 }

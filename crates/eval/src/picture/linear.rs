@@ -8,6 +8,7 @@ use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use brood_light::ImagePyramid;
 use brood_scene::PixelArea;
 
+use super::codec::check_header;
 use crate::RadianceImage;
 use crate::film::decode_srgb;
 
@@ -126,6 +127,7 @@ pub fn decode_image(file: &[u8]) -> Result<ImagePyramid, LinearPictureError> {
 }
 
 fn decode(bytes: &[u8], format: ImageFormat, side: u32) -> Result<DynamicImage, image::ImageError> {
+    check_header(bytes, format)?;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = Limits::default();
     (limits.max_image_width, limits.max_image_height) = (Some(side), Some(side));
@@ -170,6 +172,7 @@ fn has_end(bytes: &[u8]) -> bool {
 /// header is broken.
 pub fn picture_size(bytes: &[u8]) -> Result<(u32, u32), LinearPictureError> {
     let format = image::guess_format(bytes).map_err(|_| LinearPictureError::Kind)?;
+    check_header(bytes, format)?;
     Ok(ImageReader::with_format(Cursor::new(bytes), format).into_dimensions()?)
 }
 
