@@ -13,7 +13,7 @@ use brood_storage::{LineageCursor, LineageFilter};
 use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 
-use super::{check_length, create_once, versioned};
+use super::{check_length, create_once, is_plain, versioned};
 use crate::access::Need;
 use crate::clock::now_ms;
 use crate::extract::{IfMatch, Json as JsonBody, PageQuery, Path, Query, page};
@@ -209,19 +209,19 @@ pub async fn delete(
     Ok(StatusCode::NO_CONTENT.into_response())
 }
 
-/// Checks that a name is visible, short enough, and free of control characters.
+/// Checks that a name is plain text that can be seen, and short enough.
 ///
 /// # Errors
 /// 422 if it is not.
 pub fn check_name(name: &str) -> Result<(), ApiError> {
-    if name.trim().is_empty() || name.chars().any(char::is_control) {
-        let words = "a name must have visible characters and no control characters";
+    if !is_plain(name) {
+        let words = "a name must have visible characters, and none that are invisible or change the order of text";
         return Err(ApiError::refused(words).at("/name"));
     }
     check_length(name, limit::NAME_CHARS, "/name")
 }
 
-/// Checks that tags are few, short, different, and have no commas or control characters.
+/// Checks that tags are few, short, different, and plain text without commas.
 ///
 /// # Errors
 /// 422 if they are not.
@@ -233,8 +233,9 @@ pub fn check_tags(tags: &[String]) -> Result<(), ApiError> {
     }
     for (index, tag) in tags.iter().enumerate() {
         let pointer = format!("/tags/{index}");
-        if tag.trim() != tag || tag.is_empty() || tag.chars().any(|c| c == ',' || c.is_control()) {
-            let words = "a tag must have visible characters without commas, and no space around it";
+        if tag.trim() != tag || !is_plain(tag) || tag.contains(',') {
+            let words = "a tag must have visible characters without commas, none that are invisible \
+                         or change the order of text, and no space around it";
             return Err(ApiError::refused(words).at(pointer));
         }
         check_length(tag, limit::TAG_CHARS, &pointer)?;

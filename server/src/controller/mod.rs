@@ -105,6 +105,21 @@ fn versioned<T: Serialize>(version: u64, answer: &T) -> Response {
     ([(header::ETAG, etag(version))], Json(answer)).into_response()
 }
 
+/// True if text can be seen, and has no control characters and none that change the order of the
+/// text around it: in a list, names with such characters pass for others.
+fn is_plain(text: &str) -> bool {
+    let hides = |c: char| {
+        matches!(c,
+            '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}' | '\u{200e}' | '\u{200f}'
+            | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}'
+            | '\u{115f}' | '\u{1160}' | '\u{3164}' | '\u{ffa0}' | '\u{e0000}'..='\u{e007f}')
+    };
+    // These join letters and emoji, and cannot be seen alone.
+    let joins = |c: char| matches!(c, '\u{200c}' | '\u{200d}' | '\u{fe00}'..='\u{fe0f}');
+    !text.chars().any(|c| c.is_control() || hides(c))
+        && text.chars().any(|c| !c.is_whitespace() && !joins(c))
+}
+
 /// Checks the length of a text.
 fn check_length(text: &str, max_chars: usize, pointer: &str) -> Result<(), ApiError> {
     let chars = text.chars().count();
@@ -118,6 +133,20 @@ fn check_length(text: &str, max_chars: usize, pointer: &str) -> Result<(), ApiEr
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn text_that_cannot_be_seen_or_changes_its_order_is_not_plain() {
+        let plain =
+            ["Ruby", "a b", "\u{1f469}\u{200d}\u{1f52c}", "\u{5e9}\u{5dc}\u{5d5}", "m\u{a0}n"];
+        for text in plain {
+            assert!(is_plain(text), "{text:?}");
+        }
+        let others =
+            ["", " ", "\u{a0}", "a\nb", "\u{200d}", "a\u{202e}gnp.exe", "a\u{200b}b", "\u{3164}"];
+        for text in others {
+            assert!(!is_plain(text), "{text:?}");
+        }
+    }
 
     #[test]
     fn created_has_a_location_and_an_etag() {

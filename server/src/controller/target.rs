@@ -15,7 +15,7 @@ use bytes::Bytes;
 use http::{Request, StatusCode};
 
 use self::read::{ParsedTarget, REASON_CHARS, clean, read_blocking};
-use super::{check_length, created};
+use super::{check_length, created, is_plain};
 use crate::clock::now_ms;
 use crate::extract::{
     PageQuery, Parts, Path, Query, multipart_boundary, page, parse_json, read_body,
@@ -131,8 +131,10 @@ fn check(spec: &TargetSpec) -> Result<TargetKind, ApiError> {
         ApiError::refused(error.to_string()).at("/kind")
     })?;
     check_length(&spec.name, limit::NAME_CHARS, "/name")?;
-    if spec.name.chars().any(char::is_control) {
-        return Err(ApiError::refused("a name must not have control characters").at("/name"));
+    if !spec.name.is_empty() && !is_plain(&spec.name) {
+        let words =
+            "a name must not have characters that are invisible or change the order of text";
+        return Err(ApiError::refused(words).at("/name"));
     }
     let (words, said) = match (kind, &spec.views) {
         (TargetKind::Image, None) => return Ok(kind),
