@@ -33,14 +33,15 @@ pub struct Access {
     loopback: bool,
     worker_token: String,
     worker_hash: blake3::Hash,
-    any: Cache<(), bool>,
+    needs_token: Cache<(), bool>,
     scopes: Cache<[u8; 32], Option<Scope>>,
 }
 
 impl Access {
     /// Creates the checker, and the token of the server's own workers.
     ///
-    /// On loopback, requests need no token until the first one is added.
+    /// On loopback, requests need no token until the first one is added. They go on to need one when
+    /// the last is revoked.
     ///
     /// # Errors
     /// [`ServerError::Random`] if the system has no random bytes.
@@ -50,7 +51,7 @@ impl Access {
             loopback,
             worker_hash: blake3::hash(worker_token.as_bytes()),
             worker_token,
-            any: Cache::builder().max_capacity(1).time_to_live(TOKEN_TTL).build(),
+            needs_token: Cache::builder().max_capacity(1).time_to_live(TOKEN_TTL).build(),
             scopes: Cache::builder().max_capacity(1024).time_to_live(TOKEN_TTL).build(),
         })
     }
@@ -73,7 +74,7 @@ impl Access {
         if need == Need::Nothing {
             return Ok(());
         }
-        if need != Need::Work && self.loopback && !self.any_token(store).await? {
+        if need != Need::Work && self.loopback && !self.needs_token(store).await? {
             return Ok(());
         }
         let token = token.ok_or_else(|| {
@@ -112,9 +113,9 @@ impl Access {
         Ok(self.scopes.try_get_with(hash, read).await?)
     }
 
-    async fn any_token(&self, store: &Store) -> Result<bool, ApiError> {
-        let read = async { Ok::<_, ApiError>(store.any_token().await?) };
-        Ok(self.any.try_get_with((), read).await?)
+    async fn needs_token(&self, store: &Store) -> Result<bool, ApiError> {
+        let read = async { Ok::<_, ApiError>(store.needs_token().await?) };
+        Ok(self.needs_token.try_get_with((), read).await?)
     }
 }
 

@@ -183,3 +183,23 @@ async fn second_server_fails_with_one_line_when_port_or_directory_is_in_use() {
         assert_eq!(said, 1, "one clear line: {}", refused.stderr);
     }
 }
+
+#[tokio::test(flavor = "multi_thread")]
+async fn server_stays_closed_when_its_last_token_is_revoked() {
+    let server = TestServer::start();
+    let data = server.data().to_string_lossy().into_owned();
+    let token = |words: &[&str]| {
+        let all = [&["token"], words, &["--data", data.as_str()]].concat();
+        brood(all).success()
+    };
+    // Longer than a check of tokens is remembered.
+    let later = || tokio::time::sleep(std::time::Duration::from_millis(700));
+    server.get("/v1/system").await.expect(200);
+    token(&["add", "first", "--scope", "admin"]);
+    token(&["revoke", "first"]);
+    later().await;
+    server.get("/v1/system").await.problem(401);
+    token(&["open"]);
+    later().await;
+    server.get("/v1/system").await.expect(200);
+}

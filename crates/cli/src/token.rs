@@ -1,4 +1,4 @@
-//! `brood token`: creates, lists and revokes tokens, whether or not a server is running.
+//! `brood token`: creates, lists and revokes tokens, and opens access without one, whether or not a server is running.
 
 use std::path::PathBuf;
 
@@ -17,8 +17,10 @@ pub enum TokenCommand {
     Add(AddArgs),
     /// List the tokens by name and scope
     List(ListArgs),
-    /// Revoke a token
+    /// Revoke a token; without any, the server refuses all requests
     Revoke(RevokeArgs),
+    /// Let requests from this machine in without a token again, after the last was revoked
+    Open(OpenArgs),
 }
 
 /// Options of `brood token add`.
@@ -47,6 +49,14 @@ pub struct ListArgs {
 pub struct RevokeArgs {
     /// Name of the token
     name: String,
+    /// Data directory of the server
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
+    data: Option<PathBuf>,
+}
+
+/// Options of `brood token open`.
+#[derive(Debug, Args)]
+pub struct OpenArgs {
     /// Data directory of the server
     #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
     data: Option<PathBuf>,
@@ -84,6 +94,7 @@ pub fn run(command: &TokenCommand, json: bool) -> Result<()> {
             TokenCommand::Add(args) => add(args, json).await,
             TokenCommand::List(args) => list(args, json).await,
             TokenCommand::Revoke(args) => revoke(args, json).await,
+            TokenCommand::Open(args) => open_access(args, json).await,
         }
     })
 }
@@ -127,16 +138,39 @@ async fn revoke(args: &RevokeArgs, json: bool) -> Result<()> {
     let store = open(args.data.as_ref()).await?;
     let revoked = store.revoke_token(&args.name).await;
     store.close().await?;
-    revoked.map_err(|error| match error {
+    let was_last = revoked.map_err(|error| match error {
         StorageError::NotFound => {
             anyhow::anyhow!("no token has that name; `brood token list` shows all")
         }
         error => error.into(),
     })?;
     if json {
-        return output::print_json(&json!({ "revoked": args.name }));
+        return output::print_json(&json!({ "revoked": args.name, "was_last": was_last }));
     }
-    output::print(&format!("revoked {}\n", args.name))
+    output::print(&format!("revoked {}\n", args.name))?;
+    if was_last {
+        output::print(
+            "it was the last: the server refuses requests until `brood token add` makes a new one, \
+             or `brood token open` lets requests from its machine in without one\n",
+        )?;
+    }
+    Ok(())
+}
+
+async fn open_access(args: &OpenArgs, json: bool) -> Result<()> {
+    let store = open(args.data.as_ref()).await?;
+    let opened = store.open_access().await;
+    store.close().await?;
+    opened.map_err(|error| match error {
+        StorageError::Conflict { .. } => {
+            anyhow::anyhow!("there are tokens; `brood token revoke` them first")
+        }
+        error => error.into(),
+    })?;
+    if json {
+        return output::print_json(&json!({ "open": true }));
+    }
+    output::print("requests from the server's machine need no token\n")
 }
 
 async fn open(data: Option<&PathBuf>) -> Result<Store> {

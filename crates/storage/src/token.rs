@@ -1,5 +1,5 @@
-//! Access tokens, identified by the hash of their secret. Owner of the table `token` and of the
-//! scopes' permissions. Secrets never reach this module.
+//! Access tokens, identified by the hash of their secret. Owner of the tables `token` and `closed`
+//! and of the scopes' permissions. Secrets never reach this module.
 
 use crate::error::{Result, changed, unique_conflict};
 use crate::row::{Record, columns, record, select};
@@ -102,17 +102,46 @@ impl Store {
         query.fetch_all(&mut *self.reader().await?).await?.iter().map(Token::read).collect()
     }
 
-    /// Deletes a token.
+    /// Deletes a token; true if it was the last one. Access stays closed then: see
+    /// [`Store::needs_token`].
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if there is no token with this name.
-    pub async fn revoke_token(&self, name: &str) -> Result<()> {
+    pub async fn revoke_token(&self, name: &str) -> Result<bool> {
         let name = name.to_owned();
         self.write(operation!(|conn| {
             let query = sqlx::query("DELETE FROM token WHERE name = ?").bind(name);
-            changed(&query.execute(conn).await?, StorageError::NotFound)
+            changed(&query.execute(&mut *conn).await?, StorageError::NotFound)?;
+            let close = "INSERT INTO closed (at_ms) SELECT CAST(1000 * unixepoch('subsec') AS INTEGER) \
+                         WHERE NOT EXISTS (SELECT 1 FROM token)";
+            Ok(sqlx::query(close).execute(conn).await?.rows_affected() > 0)
         }))
         .await
+    }
+
+    /// Opens access again that was closed with the last token.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if there is a token.
+    pub async fn open_access(&self) -> Result<()> {
+        self.write(operation!(|conn| {
+            let any = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM token)");
+            if any.fetch_one(&mut *conn).await? {
+                return Err(StorageError::Conflict { what: "there are tokens" });
+            }
+            sqlx::query("DELETE FROM closed").execute(conn).await?;
+            Ok(())
+        }))
+        .await
+    }
+
+    /// True if requests need a token: there is one, or the last one was revoked.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
+    pub async fn needs_token(&self) -> Result<bool> {
+        let sql = "SELECT EXISTS (SELECT 1 FROM token) OR EXISTS (SELECT 1 FROM closed)";
+        Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
     }
 
     /// Returns the token with this hash, or `None`. The caller checks if it has expired.
