@@ -40,7 +40,7 @@ pub struct Access {
 impl Access {
     /// Creates the checker, and the token of the server's own workers.
     ///
-    /// On loopback, requests need no token until the first one is added. They go on to need one when
+    /// On loopback, requests need no token until the first one is added. They still need one after
     /// the last is revoked.
     ///
     /// # Errors

@@ -54,7 +54,7 @@ pub struct Event {
     pub data: String,
 }
 
-/// Hubs of lineages and searches that somebody listens to, or did lately.
+/// Hubs of lineages and searches that have listeners, or had some lately.
 #[derive(Debug)]
 pub struct Events {
     /// Random id of this process, which invalidates event ids from before a restart.
@@ -172,7 +172,7 @@ impl Events {
 
     fn publish(&self, topic: impl Into<Topic>, name: &'static str, data: &Value) {
         let mut hubs = self.lock();
-        // Nobody has listened, so nobody can have missed it.
+        // Without a listener so far, there is none who can have missed it.
         let Some(hub) = hubs.by_topic.get_mut(&topic.into()) else { return };
         hub.used = Instant::now();
         let event = Arc::new(Event { hub: hub.id, number: hub.next, name, data: data.to_string() });

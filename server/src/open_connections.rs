@@ -24,20 +24,20 @@ struct Open {
 }
 
 /// Place of an open connection, free again when dropped.
-pub struct Place {
+pub struct ConnectionPlace {
     open: Arc<Mutex<Vec<Arc<Open>>>>,
     own: Arc<Open>,
     _permit: OwnedSemaphorePermit,
 }
 
 impl OpenConnections {
-    /// Creates places for so many connections.
+    /// Creates places for this many connections.
     pub fn new(most: usize) -> Self {
         Self { free: Arc::new(Semaphore::new(most)), open: Arc::default() }
     }
 
     /// Waits for a place; an idle connection gives way if there is none.
-    pub async fn place(&self, requests: Arc<Requests>) -> Place {
+    pub async fn place(&self, requests: Arc<Requests>) -> ConnectionPlace {
         let permit = loop {
             if let Ok(permit) = self.free.clone().try_acquire_owned() {
                 break permit;
@@ -50,7 +50,7 @@ impl OpenConnections {
         };
         let own = Arc::new(Open { requests, cut: CancellationToken::new() });
         lock(&self.open).push(own.clone());
-        Place { open: self.open.clone(), own, _permit: permit }
+        ConnectionPlace { open: self.open.clone(), own, _permit: permit }
     }
 
     /// Cuts the connection off that has been without a request for the longest time, if one is.
@@ -64,14 +64,14 @@ impl OpenConnections {
     }
 }
 
-impl Place {
+impl ConnectionPlace {
     /// Cancelled if the connection has to give way.
     pub fn cut(&self) -> CancellationToken {
         self.own.cut.clone()
     }
 }
 
-impl Drop for Place {
+impl Drop for ConnectionPlace {
     fn drop(&mut self) {
         lock(&self.open).retain(|open| !Arc::ptr_eq(open, &self.own));
     }
@@ -95,7 +95,7 @@ mod tests {
             tokio::time::sleep(Duration::from_secs(1)).await;
         }
         let busy = requests[0].begin();
-        let cut: Vec<_> = places.iter().map(Place::cut).collect();
+        let cut: Vec<_> = places.iter().map(ConnectionPlace::cut).collect();
         let is_cut = || cut.iter().map(CancellationToken::is_cancelled).collect::<Vec<_>>();
         let given = tokio::spawn({
             let cut = places[1].cut();

@@ -185,8 +185,8 @@ impl Server {
     /// store.
     ///
     /// # Errors
-    /// [`ServerError::Closing`] if a write to the disk has failed, which also ends the server, or if
-    /// the store cannot be closed cleanly.
+    /// [`ServerError::Closing`] if a write to the disk has failed, which also ends the server, or
+    /// if the store cannot be closed cleanly.
     pub async fn run(self, shutdown: CancellationToken) -> Result<(), ServerError> {
         let Self { app, listener, writes, .. } = self;
         let mut background = JoinSet::new();

@@ -1,4 +1,5 @@
-//! `brood token`: creates, lists and revokes tokens, and opens access without one, whether or not a server is running.
+//! `brood token`: creates, lists and revokes tokens, and opens access without one, whether or not a
+//! server is running.
 
 use std::path::PathBuf;
 

@@ -113,7 +113,7 @@ async fn work(args: WorkerArgs) -> Result<()> {
     Ok(brood_worker::run(config, shutdown).await?)
 }
 
-/// Writes a byte every [`BEAT`], until nobody reads them.
+/// Writes a byte every [`BEAT`], until the reader has closed its end.
 fn beat() {
     let mut stdout = std::io::stdout();
     while stdout.write_all(b".").and_then(|()| stdout.flush()).is_ok() {

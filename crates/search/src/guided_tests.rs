@@ -1,3 +1,5 @@
+//! Tests that searches of pictures by lobes are guided by models, and resumed with the same bits.
+
 use brood_brdf::{Model, ModelKind};
 use brood_target::{MeasuredTarget, Objective, Strategy, draw_pairs, metric, pair_of_half};
 

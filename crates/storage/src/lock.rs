@@ -48,7 +48,7 @@ impl DirectoryLock {
     }
 
     /// True if lock and database are still in the directory. Otherwise writes go to files that
-    /// nobody can open again, or another server may have taken the lock.
+    /// cannot be opened again, or another server may have taken the lock.
     pub(crate) fn is_in_place(&self) -> bool {
         let same = |(path, known): &(PathBuf, FileId)| {
             std::fs::metadata(path).is_ok_and(|found| id(&found) == *known)

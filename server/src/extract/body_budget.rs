@@ -57,7 +57,7 @@ pub struct BodyMemory {
 }
 
 impl BodyBudget {
-    /// Creates a budget of so much memory.
+    /// Creates a budget of this memory.
     pub const fn new(bytes: usize) -> Self {
         Self { permits: Semaphore::const_new(bytes), arriving: Mutex::new(Vec::new()) }
     }
