@@ -23,6 +23,8 @@ use crate::problem::ApiError;
 const BATCH_WINDOW: Duration = Duration::from_millis(1);
 /// Largest `Retry-After` in seconds.
 const RETRY_MOST_S: u64 = 60;
+/// Time for which a picture is wanted after its client was asked to come again.
+const KEPT_WANTED: Duration = Duration::from_secs(2 * RETRY_MOST_S);
 
 /// Serves pictures: from the cache, by a render in flight, or by a new render job. Also the kind of
 /// render jobs.
@@ -56,7 +58,8 @@ impl PictureService {
         request: impl Into<PictureRequest>,
     ) -> Result<Bytes, ApiError> {
         let request = request.into();
-        let mut waiter = match self.cache.subscribe(request.key()) {
+        let key = request.key();
+        let mut waiter = match self.cache.subscribe(key) {
             Lookup::Cached(bytes) => {
                 self.metrics.served.increment(1);
                 return Ok(bytes);
@@ -65,8 +68,9 @@ impl PictureService {
             Lookup::InFlight(waiter) => waiter,
             Lookup::Leader(waiter) => {
                 let own = self.clone();
-                // Runs in a separate task, so that the picture completes even if the client
-                // disconnects.
+                // Runs in a separate task, so that a picture that has become a job is not lost if
+                // the client disconnects. The job ends unrendered if no other client waits for it
+                // when a worker claims it.
                 self.jobs.tasks.spawn(async move { own.fetch_or_enqueue(request).await });
                 waiter
             }
@@ -77,6 +81,7 @@ impl PictureService {
                 Err(_) => None,
             },
             () = tokio::time::sleep(limit::WAIT) => {
+                self.cache.keep_wanted(key, KEPT_WANTED);
                 return Err(ApiError::not_yet("retry in a moment"));
             }
             () = self.jobs.stopping.cancelled() => {

@@ -69,6 +69,7 @@ impl JobKind for PictureService {
             let before = work.items.len();
             work.items = self.without_cached(work.items).await?;
             self.metrics.skipped.increment((before - work.items.len()) as u64);
+            work.items.retain(|item| !self.cache.end_if_abandoned(item.key));
             if work.items.is_empty() {
                 self.store.complete(job.id, job.epoch).await?;
                 continue;

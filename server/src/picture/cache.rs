@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use brood_protocol::{IndividualId, LineageId, PictureKey};
 use brood_storage::StoredPicture;
@@ -44,6 +44,35 @@ pub type RenderResult = Result<Bytes, Failure>;
 
 type Waiter = watch::Receiver<Option<RenderResult>>;
 
+/// A render in flight.
+struct InFlight {
+    result: watch::Sender<Option<RenderResult>>,
+    /// Time until which it is wanted though no request waits for it: always for the pictures of a
+    /// brood, and for a while after a request was answered that it should be repeated.
+    wanted: Wanted,
+}
+
+/// Time until which a picture is wanted without a request.
+#[derive(Debug, Clone, Copy)]
+enum Wanted {
+    Always,
+    Until(Instant),
+}
+
+impl InFlight {
+    fn new(wanted: Wanted) -> Self {
+        Self { result: watch::Sender::new(None), wanted }
+    }
+
+    fn is_abandoned(&self) -> bool {
+        let is_wanted = match self.wanted {
+            Wanted::Always => true,
+            Wanted::Until(time) => Instant::now() < time,
+        };
+        !is_wanted && self.result.receiver_count() == 0
+    }
+}
+
 /// Result of a cache lookup.
 #[derive(Debug)]
 pub enum Lookup {
@@ -65,7 +94,7 @@ pub struct PictureCache {
     rows: Cache<PictureKey, Arc<StoredPicture>>,
     /// Reasons why subjects do not exist. A key determines its subject, so they stay true.
     missing: Cache<PictureKey, Arc<str>>,
-    in_flight: Mutex<HashMap<PictureKey, watch::Sender<Option<RenderResult>>>>,
+    in_flight: Mutex<HashMap<PictureKey, InFlight>>,
     listeners: Cache<PictureKey, Vec<(LineageId, IndividualId)>>,
 }
 
@@ -117,7 +146,7 @@ impl PictureCache {
         let mut reserved = Vec::new();
         for key in keys {
             if !self.has(key) && !in_flight.contains_key(&key) {
-                in_flight.insert(key, watch::Sender::new(None));
+                in_flight.insert(key, InFlight::new(Wanted::Always));
                 reserved.push(key);
             }
         }
@@ -134,16 +163,36 @@ impl PictureCache {
         }
         let mut in_flight = self.lock();
         if let Some(render) = in_flight.get(&key) {
-            return Lookup::InFlight(render.subscribe());
+            return Lookup::InFlight(render.result.subscribe());
         }
         // The picture may have been completed between the first check and the lock.
         if let Some(bytes) = self.memory.get(&key) {
             return Lookup::Cached(bytes);
         }
-        let render = watch::Sender::new(None);
-        let waiter = render.subscribe();
+        let render = InFlight::new(Wanted::Until(Instant::now()));
+        let waiter = render.result.subscribe();
         in_flight.insert(key, render);
         Lookup::Leader(waiter)
+    }
+
+    /// Keeps a render in flight wanted for this time: a client was asked to come again.
+    pub fn keep_wanted(&self, key: PictureKey, time: Duration) {
+        if let Some(render) = self.lock().get_mut(&key)
+            && let Wanted::Until(until) = &mut render.wanted
+        {
+            *until = (*until).max(Instant::now() + time);
+        }
+    }
+
+    /// Ends a render in flight that no client waits for any more; false if it is wanted. A later
+    /// request begins a new one.
+    pub fn end_if_abandoned(&self, key: PictureKey) -> bool {
+        let mut in_flight = self.lock();
+        let is_abandoned = in_flight.get(&key).is_some_and(InFlight::is_abandoned);
+        if is_abandoned {
+            in_flight.remove(&key);
+        }
+        is_abandoned
     }
 
     /// Completes a new picture: caches it, queues it for the disk and answers all waiting requests.
@@ -158,7 +207,7 @@ impl PictureCache {
     pub fn complete_from_disk(&self, key: PictureKey, bytes: Bytes) {
         self.memory.insert(key, bytes.clone());
         if let Some(render) = self.lock().remove(&key) {
-            render.send_replace(Some(Ok(bytes)));
+            render.result.send_replace(Some(Ok(bytes)));
         }
     }
 
@@ -185,7 +234,7 @@ impl PictureCache {
                 self.missing.insert(key, reason.clone());
             }
             if let Some(render) = in_flight.remove(&key) {
-                render.send_replace(Some(Err(failure.clone())));
+                render.result.send_replace(Some(Err(failure.clone())));
             }
         }
     }
@@ -211,7 +260,7 @@ impl PictureCache {
         (self.lock().len(), self.memory.weighted_size())
     }
 
-    fn lock(&self) -> MutexGuard<'_, HashMap<PictureKey, watch::Sender<Option<RenderResult>>>> {
+    fn lock(&self) -> MutexGuard<'_, HashMap<PictureKey, InFlight>> {
         self.in_flight.lock().expect("nothing panics under this lock")
     }
 }
@@ -259,6 +308,24 @@ mod tests {
         let outcome = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
         assert_eq!(outcome, Err(Failure::Busy));
         assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Leader(_)));
+    }
+
+    #[test]
+    fn render_is_abandoned_when_its_clients_have_gone() {
+        let (_dir, picture_cache, _queue) = picture_cache();
+        let first = picture_cache.subscribe(key(1));
+        let second = picture_cache.subscribe(key(1));
+        drop(first);
+        assert!(!picture_cache.end_if_abandoned(key(1)), "a client still waits");
+        drop(second);
+        assert!(picture_cache.end_if_abandoned(key(1)));
+        assert!(!picture_cache.end_if_abandoned(key(1)), "it is not in flight any more");
+        drop(picture_cache.subscribe(key(1)));
+        picture_cache.keep_wanted(key(1), Duration::from_secs(60));
+        assert!(!picture_cache.end_if_abandoned(key(1)), "the client comes again");
+        picture_cache.reserve([key(2)]);
+        drop(picture_cache.subscribe(key(2)));
+        assert!(!picture_cache.end_if_abandoned(key(2)), "a brood's pictures are always wanted");
     }
 
     #[test]
