@@ -19,7 +19,7 @@ use crate::breeding::Breeding;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
 use crate::dispatch::{
-    Exports, History, Jobs, LeaseEnd, PictureService, Searches, Workers, end_leases,
+    Admission, Exports, History, Jobs, LeaseEnd, PictureService, Searches, Workers, end_leases,
 };
 use crate::error::ServerError;
 use crate::event::Events;
@@ -146,6 +146,7 @@ impl Server {
             searches,
             exports,
             workers: Workers::default(),
+            admission: Admission::default(),
             events,
             ledger,
             metrics,

@@ -10,7 +10,7 @@ use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
 use crate::breeding::Breeding;
-use crate::dispatch::{Exports, PictureService, Searches, Workers};
+use crate::dispatch::{Admission, Exports, PictureService, Searches, Workers};
 use crate::event::Events;
 use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
@@ -43,6 +43,8 @@ pub struct AppState {
     pub exports: Arc<Exports>,
     /// Workers heard from recently.
     pub workers: Workers,
+    /// Refuses births while the queue of pictures is full.
+    pub admission: Admission,
     /// Event streams of lineages and searches.
     pub events: Arc<Events>,
     /// Idempotency keys of running requests: a repeated request has no second effect.

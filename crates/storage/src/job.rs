@@ -274,6 +274,17 @@ impl Store {
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
 
+    /// True if at least `most` jobs of a queue wait for a worker.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
+    pub async fn is_queue_full(&self, queue: Queue, most: u64) -> Result<bool> {
+        let sql = "SELECT EXISTS (SELECT 1 FROM job WHERE state = 'queued' AND queue = ? \
+                   LIMIT 1 OFFSET ?)";
+        let query = sqlx::query_scalar(sql).bind(queue.name()).bind(signed(most) - 1);
+        Ok(query.fetch_one(&mut *self.reader().await?).await?)
+    }
+
     /// Returns the creation time of the oldest queued job, in milliseconds since 1970-01-01 UTC.
     ///
     /// # Errors

@@ -61,6 +61,7 @@ async fn bred(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(app, answer).await?)),
         Begun::Fresh(attempt) => attempt,
     };
+    app.admission.check(&app.store, &app.workers).await?;
     let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
     let brood = app.breeding.make(&lineage, origin, &mut timing).await?;

@@ -3,8 +3,9 @@
 //! [`lease`] serves workers, the same for all kinds of jobs, with the leases in [`table`] and the
 //! waiting workers in [`queue`]. [`kind`] defines what differs. The kinds are services:
 //! [`PictureService`], which serves picture requests by render jobs, [`Searches`] and [`Exports`].
-//! [`history`] keeps finished render jobs.
+//! [`history`] keeps finished render jobs, [`admission`] refuses births while the queue is full.
 
+mod admission;
 mod export;
 mod history;
 mod kind;
@@ -18,6 +19,7 @@ mod search;
 mod table;
 mod workers;
 
+pub use admission::Admission;
 pub use export::{Exports, export_json};
 pub use history::History;
 pub use kind::Jobs;

@@ -114,6 +114,9 @@ async fn queues_have_separate_limits() {
     store.enqueue(job(Queue::Batch), 2).await.unwrap();
     let full = store.enqueue(job(Queue::Batch), 2).await;
     assert!(matches!(full, Err(StorageError::QueueFull)), "{full:?}");
+    assert!(store.is_queue_full(Queue::Batch, 2).await.unwrap());
+    assert!(!store.is_queue_full(Queue::Batch, 3).await.unwrap());
+    assert!(!store.is_queue_full(Queue::Interactive, 1).await.unwrap());
     store.enqueue(job(Queue::Interactive), 2).await.unwrap();
     store.claim("w").await.unwrap().unwrap();
     let depth = store.queue_depth().await.unwrap();
