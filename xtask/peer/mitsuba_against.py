@@ -88,6 +88,8 @@ def scene_of(case):
         "type": "direct", "hide_emitters": True,
         "emitter_samples": 1, "bsdf_samples": 0 if delta else 1,
     }
+    if case.get("max_depth", 2) > 2:
+        integrator = {"type": "path", "hide_emitters": True, "max_depth": case["max_depth"]}
     film = {
         "type": "hdrfilm", "width": case["size_px"], "height": case["size_px"],
         "pixel_format": "rgb", "component_format": "float32", "rfilter": {"type": "box"},

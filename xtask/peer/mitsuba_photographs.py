@@ -25,12 +25,12 @@ BRIGHT_CODE = 0.9
 DISPLAY_CD_M2 = 100.0
 
 
-def render(photograph, scene, samples, seed):
+def render(photograph, scene, samples, seed, max_depth=2):
     folder = pathlib.Path(photograph["folder"])
     lights = [light | ({"image": str(folder / light["image"])} if "image" in light else {}) for light in scene["lights"]]
     case = {
         "scene": scene | {"lights": lights}, "mesh": photograph["mesh"], "bsdf": photograph["bsdf"], "others": [],
-        "size_px": photograph["size_px"], "samples": samples, "sampler": "multijitter",
+        "size_px": photograph["size_px"], "samples": samples, "sampler": "multijitter", "max_depth": max_depth,
     }
     return numpy.array(mitsuba.render(scene_of(case), spp=case["samples"], seed=seed))
 
@@ -75,7 +75,7 @@ def dusted(linear, share, draw):
 def take(photograph, index, picture):
     """One picture: renders the scene as it was, and returns the view that the target states."""
     folder = pathlib.Path(photograph["folder"])
-    linear = render(photograph, picture["taken"], photograph["samples"], 1 + index)
+    linear = render(photograph, picture["taken"], photograph["samples"], 1 + index, picture["max_depth"])
     stated = dict(picture["stated"])
     if picture["noise"] is None:
         file = f"picture-{index + 1}.exr"

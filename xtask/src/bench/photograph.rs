@@ -143,6 +143,10 @@ fn photographs(options: &Options, data: Option<&Path>, folder: &Path) -> Result<
     for grade in Grade::ALL.into_iter().filter(|grade| wanted(&options.grades, grade.name())) {
         for object in Object::ALL {
             for material in material::all(data) {
+                // A sphere sends no light to itself.
+                if grade == Grade::Interreflected && object.mesh().is_none() {
+                    continue;
+                }
                 let needs_data = object.mesh().is_some() || grade.light_file().is_some();
                 if (needs_data && data.is_none()) || !wanted(&options.materials, material.name) {
                     continue;

@@ -6,6 +6,8 @@ use serde_json::{Value, json};
 const NOISE: f64 = 2.0 / 255.0;
 /// Share of the pixels with dust in [`Grade::Dusty`].
 const DUST: f64 = 0.01;
+/// Most parts of a path of light in [`Grade::Interreflected`]: up to five reflections.
+const MAX_DEPTH: u32 = 6;
 /// Errors of the stated scene in [`Grade::Misaligned`]: light and camera are turned about the
 /// object by these angles in degrees, and the field of view is larger by this share.
 const LIGHT_OFF_DEG: f64 = 2.0;
@@ -25,11 +27,19 @@ pub enum Grade {
     Misaligned,
     /// Linear and as stated, in an environment instead of under a point light.
     Environment,
+    /// Linear and as stated, with light that parts of the object send to each other.
+    Interreflected,
 }
 
 impl Grade {
-    pub const ALL: [Self; 5] =
-        [Self::Exact, Self::Codes, Self::Dusty, Self::Misaligned, Self::Environment];
+    pub const ALL: [Self; 6] = [
+        Self::Exact,
+        Self::Codes,
+        Self::Dusty,
+        Self::Misaligned,
+        Self::Environment,
+        Self::Interreflected,
+    ];
 
     /// File of the light, beside the pictures; `None` for a point light.
     pub fn light_file(self) -> Option<&'static str> {
@@ -44,6 +54,7 @@ impl Grade {
             Self::Dusty => "dusty",
             Self::Misaligned => "misaligned",
             Self::Environment => "environment",
+            Self::Interreflected => "interreflected",
         }
     }
 }
@@ -146,10 +157,14 @@ impl Object {
         let light = LIGHTS[number];
         let right = (0.0, 0.0, 0.0);
         let taken = match grade {
-            Grade::Exact | Grade::Codes | Grade::Dusty | Grade::Environment => right,
+            Grade::Exact
+            | Grade::Codes
+            | Grade::Dusty
+            | Grade::Environment
+            | Grade::Interreflected => right,
             Grade::Misaligned => (LIGHT_OFF_DEG, CAMERA_OFF_DEG, VIEW_OFF),
         };
-        let has_noise = !matches!(grade, Grade::Exact | Grade::Environment);
+        let has_noise = !matches!(grade, Grade::Exact | Grade::Environment | Grade::Interreflected);
         let (mut stated, mut taken) = (self.scene(light, right), self.scene(light, taken));
         if let Some(file) = grade.light_file() {
             let rotation_deg = ROTATION_DEG[0] + ROTATION_DEG[1] * number as f64;
@@ -160,6 +175,7 @@ impl Object {
             "stated": stated, "taken": taken,
             "noise": has_noise.then_some(NOISE), "seed": number,
             "dust": (grade == Grade::Dusty).then_some(DUST),
+            "max_depth": if grade == Grade::Interreflected { MAX_DEPTH } else { 2 },
             "refine": (grade == Grade::Misaligned).then(refine),
         })
     }
