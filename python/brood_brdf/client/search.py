@@ -159,7 +159,7 @@ def spread(search: Ref) -> Call[MaterialSpread | None]:
 
 
 def darkest(search: Ref) -> Call[bytes]:
-    """Returns the darkest that the material could be in its next picture, as PNG.
+    """Returns the darkest that the material could be under up to three other lights, as PNG.
 
     5 % quantile of each pixel over the materials of `spread`; fails with `NotFound` if there is
     no spread.
@@ -168,9 +168,9 @@ def darkest(search: Ref) -> Call[bytes]:
 
 
 def brightest(search: Ref) -> Call[bytes]:
-    """Returns the brightest that the material could be in its next picture, as PNG.
+    """Returns the brightest that the material could be under the lights of `darkest`, as PNG.
 
-    95 % quantile of each pixel, at the exposure of `darkest`.
+    95 % quantile of each pixel, at the exposures of `darkest`.
     """
     return Call("GET", path_of("jobs", id_of(search), "brightest.png"), read_bytes)
 
