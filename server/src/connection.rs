@@ -11,10 +11,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Poll, ready};
 use std::time::Duration;
 
-use axum::body::{Body, HttpBody};
-use bytes::Bytes;
+use axum::body::Body;
 use http::Response;
-use hyper::body::{Frame, SizeHint};
+use http_body_util::BodyExt;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::{Instant, Sleep};
 
@@ -68,36 +67,16 @@ impl Drop for Running {
     }
 }
 
-/// Body of an answer, whose request counts as running until the body has been sent.
-pub struct RunningBody {
-    body: Body,
-    _running: Running,
-}
-
-impl RunningBody {
-    /// Counts the request as running while its answer is sent.
-    pub fn of(response: Response<Body>, running: Running) -> Response<Body> {
-        response.map(|body| Body::new(Self { body, _running: running }))
-    }
-}
-
-impl HttpBody for RunningBody {
-    type Data = Bytes;
-    type Error = axum::Error;
-
-    fn poll_frame(
-        mut self: Pin<&mut Self>,
-        cx: &mut Context<'_>,
-    ) -> Poll<Option<Result<Frame<Bytes>, axum::Error>>> {
-        Pin::new(&mut self.body).poll_frame(cx)
-    }
-
-    fn is_end_stream(&self) -> bool {
-        self.body.is_end_stream()
-    }
-
-    fn size_hint(&self) -> SizeHint {
-        self.body.size_hint()
+impl Running {
+    /// Counts the request as running until the body of its answer has been sent.
+    pub fn until_sent(self, response: Response<Body>) -> Response<Body> {
+        // The closure owns the guard and is dropped with the body.
+        response.map(|body| {
+            Body::new(body.map_err(move |error| {
+                let _guard = &self;
+                error
+            }))
+        })
     }
 }
 

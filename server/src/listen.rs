@@ -15,7 +15,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt;
 
-use crate::connection::{DeadlineStream, GRACE, Requests, RunningBody};
+use crate::connection::{DeadlineStream, GRACE, Requests};
 use crate::limit;
 use crate::open_connections::OpenConnections;
 
@@ -71,7 +71,7 @@ async fn drive(stream: TcpStream, requests: Arc<Requests>, router: Router, watch
         let (router, running) = (router.clone(), requests.begin());
         async move {
             let response = router.oneshot(request.map(Body::new)).await;
-            let response = response.map(|response| RunningBody::of(response, running));
+            let response = response.map(|response| running.until_sent(response));
             response.map_err(|never: Infallible| match never {})
         }
     });

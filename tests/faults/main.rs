@@ -150,16 +150,28 @@ async fn every_picture_arrives_when_a_worker_is_killed_while_rendering() {
     println!("kill -9 of workers: {killed} killed, all of {pictures} pictures came");
 }
 
+/// Returns the process of the worker that renders, once it waits for its next job: a picture has
+/// arrived.
+#[cfg(target_os = "linux")]
+async fn idle_worker(server: &TestServer, lineage: &TestLineage<'_>) -> String {
+    let first = lineage.breed(json!({"parents": [], "count": 1, "seed": 1})).await;
+    server.get(&text_of(&first["individuals"][0]["thumbnail"])).await.expect(200);
+    workers_of(server.process(), false)[0].to_string()
+}
+
+#[cfg(target_os = "linux")]
+fn signal(process: &str, name: &str) {
+    let sent = std::process::Command::new("kill").args([name, process]).status();
+    assert!(sent.unwrap().success());
+}
+
 #[cfg(target_os = "linux")]
 #[tokio::test(flavor = "multi_thread")]
 async fn stopped_worker_is_replaced() {
     let server = TestServer::start();
     let lineage = TestLineage::with(&server, json!({"name": "frozen", "thumbnail_px": 32})).await;
-    let first = lineage.breed(json!({"parents": [], "count": 1, "seed": 1})).await;
-    server.get(&text_of(&first["individuals"][0]["thumbnail"])).await.expect(200);
-    let worker = workers_of(server.process(), false)[0].to_string();
-    let stop = std::process::Command::new("kill").args(["-STOP", worker.as_str()]).status();
-    assert!(stop.unwrap().success());
+    let worker = idle_worker(&server, &lineage).await;
+    signal(&worker, "-STOP");
     let start = Instant::now();
     let second = lineage.breed(json!({"parents": [], "count": 2, "seed": 2})).await;
     for child in second["individuals"].as_array().unwrap() {
@@ -175,18 +187,12 @@ async fn stopped_worker_is_replaced() {
 async fn pictures_do_not_wait_for_the_lease_of_a_killed_worker() {
     let server = TestServer::start();
     let lineage = TestLineage::with(&server, json!({"name": "frozen", "thumbnail_px": 32})).await;
-    // Once a picture has arrived, the worker waits for its next job.
-    let first = lineage.breed(json!({"parents": [], "count": 1, "seed": 1})).await;
-    server.get(&text_of(&first["individuals"][0]["thumbnail"])).await.expect(200);
-    let worker = workers_of(server.process(), false)[0].to_string();
-    let signal = |name: &str| {
-        std::process::Command::new("kill").args([name, worker.as_str()]).status().unwrap();
-    };
-    signal("-STOP");
+    let worker = idle_worker(&server, &lineage).await;
+    signal(&worker, "-STOP");
     // The job is granted all the same: the server cannot see that the worker is stopped.
     let second = lineage.breed(json!({"parents": [], "count": 2, "seed": 2})).await;
     let start = Instant::now();
-    signal("-KILL");
+    signal(&worker, "-KILL");
     for child in second["individuals"].as_array().unwrap() {
         let answer = server.get(&text_of(&child["thumbnail"])).await;
         assert_eq!(answer.expect(200).picture().dimensions(), (32, 32));
