@@ -21,9 +21,9 @@ const WHITE: f64 = 1.0;
 /// Share of the samples that is shown as the brightest, times the number of cells.
 const MANY: f64 = 8.0;
 
-/// Renders the darkest and the brightest that a material could be under these lights, side by side:
-/// `next` are pictures as [`Spread::next_pictures`] sorts them. Under the lights of the view itself
-/// if there are none.
+/// Renders the darkest and the brightest that a material could be under up to three lights, side by
+/// side. The lights are those of `next`, sorted as by [`Spread::next_pictures`]. If `next` is empty,
+/// the lights of the view are used.
 ///
 /// # Errors
 /// Returns [`EvalError`] if a program cannot be evaluated.
@@ -58,8 +58,8 @@ fn beside(pictures: &[Developed]) -> Developed {
     }
 }
 
-/// The darkest and the brightest in a scene of the object of a view, both at the automatic exposure
-/// of the brightest: at that of the scene, materials may be black under another light.
+/// The darkest and the brightest in a scene of the object of a view. Both have the automatic
+/// exposure of the brightest. The exposure of the scene may be too dark for another light.
 fn under_one_light(
     spread: &Spread,
     view: &KnownView,

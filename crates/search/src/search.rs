@@ -90,9 +90,8 @@ impl Search {
     /// Creates a search at generation 0.
     #[must_use]
     pub fn new(samples: &Samples, options: &Options) -> Self {
-        let models = || analytic(samples, options, default_kinds());
         if options.strategy == Strategy::Analytic {
-            return Self::of(Box::new(models()));
+            return Self::of(unguided(samples, options));
         }
         // Only models are fitted to means.
         let centres = samples.at_centres();
@@ -100,7 +99,8 @@ impl Search {
             true => {
                 let (seed, own) = (options.seed, options.clone());
                 let build = Box::new(move |samples: &Samples| unguided(samples, &own));
-                Box::new(Guided::new(models(), centres, seed, build))
+                let models = analytic(samples, options, default_kinds());
+                Box::new(Guided::new(models, centres, seed, build))
             }
             false => unguided(&centres, options),
         })
@@ -260,7 +260,7 @@ fn analytic(samples: &Samples, options: &Options, kinds: Vec<ModelKind>) -> Anal
     Analytic::new(samples, kinds, &starts(options), options.seed)
 }
 
-/// Method of a strategy other than models, from its first generation.
+/// Method of the strategy alone.
 fn unguided(samples: &Samples, options: &Options) -> Box<dyn Method> {
     match options.strategy {
         Strategy::Lobes => Box::new(lobes(samples, options, options.objective.into())),

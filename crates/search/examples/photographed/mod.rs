@@ -23,8 +23,8 @@ const GENERATIONS: usize = 3;
 
 pub type Failure = Box<dyn Error + Send + Sync>;
 
-/// Calls `of` with the name of every STEP-th neural material and one of three scenes. The arguments
-/// of the command line are STEP and files of weights.
+/// Calls `of` with the name of every STEP-th neural material and one of three scenes. The command
+/// line gives STEP, then the files of weights.
 pub fn each(
     mut of: impl FnMut(&str, &Neural, &Scene) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
