@@ -22,8 +22,8 @@ const WHITE: f64 = 1.0;
 const MANY: f64 = 8.0;
 
 /// Renders the darkest and the brightest that a material could be under up to three lights, side by
-/// side. The lights are those of `next`, sorted as by [`Spread::next_pictures`]. If `next` is empty,
-/// the lights of the view are used.
+/// side. The lights are those of `next`, sorted as by [`Spread::next_pictures`]. If `next` is
+/// empty, the lights of the view are used.
 ///
 /// # Errors
 /// Returns [`EvalError`] if a program cannot be evaluated.
