@@ -1,5 +1,5 @@
-//! Open connections, bounded in number. If there are too many, those give way that have waited the
-//! longest for a request.
+//! Open connections, limited in number. At the limit, a new connection closes the one that has been
+//! idle the longest.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -9,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::connection::Requests;
 
-/// Time after which a new connection asks again for one to give way.
+/// Time after which a new connection looks again for an idle one to close.
 const AGAIN: Duration = Duration::from_millis(20);
 
 /// The open connections of a server.
@@ -36,7 +36,7 @@ impl OpenConnections {
         Self { free: Arc::new(Semaphore::new(most)), open: Arc::default() }
     }
 
-    /// Waits for a place; an idle connection gives way if there is none.
+    /// Waits for a place. At the limit, closes the connection that has been idle the longest.
     pub async fn place(&self, requests: Arc<Requests>) -> ConnectionPlace {
         let permit = loop {
             if let Ok(permit) = self.free.clone().try_acquire_owned() {
@@ -53,7 +53,7 @@ impl OpenConnections {
         ConnectionPlace { open: self.open.clone(), own, _permit: permit }
     }
 
-    /// Cuts the connection off that has been without a request for the longest time, if one is.
+    /// Closes the connection that has been idle the longest, if one is idle.
     fn cut_idle(&self) {
         let open = lock(&self.open);
         let waiting = open.iter().filter(|open| !open.cut.is_cancelled());
@@ -65,7 +65,7 @@ impl OpenConnections {
 }
 
 impl ConnectionPlace {
-    /// Cancelled if the connection has to give way.
+    /// Cancelled when the connection must be closed for a new one.
     pub fn cut(&self) -> CancellationToken {
         self.own.cut.clone()
     }

@@ -178,7 +178,7 @@ async fn stopped_worker_is_replaced() {
         let answer = server.get(&text_of(&child["thumbnail"])).await;
         assert_eq!(answer.expect(200).picture().dimensions(), (32, 32));
     }
-    assert!(server.log().contains("no sign of life"), "{}", server.log());
+    assert!(server.log().contains("no longer reports"), "{}", server.log());
     println!("stopped worker: pictures after {} ms", start.elapsed().as_millis());
 }
 

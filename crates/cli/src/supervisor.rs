@@ -25,8 +25,8 @@ const INITIAL_BACKOFF: Duration = Duration::from_millis(200);
 const MAX_BACKOFF: Duration = Duration::from_secs(10);
 /// A worker that ran longer than this resets the back-off.
 const STABLE_AFTER: Duration = Duration::from_secs(30);
-/// Time without a sign of life after which a worker is replaced: one that renders, and one that
-/// searches at the lowest priority.
+/// Time without output after which a worker is replaced: one that renders, and one that searches at
+/// the lowest priority.
 const SILENT: Duration = Duration::from_secs(4);
 const SEARCHER_SILENT: Duration = Duration::from_secs(30);
 /// Time for a worker to exit before it is killed.
@@ -81,7 +81,7 @@ async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
                         plan.worker_reaper.requeue_jobs_of(&name).await;
                     }
                     () = silent(stdout, limit) => {
-                        tracing::warn!(name, "worker shows no sign of life; replacing it");
+                        tracing::warn!(name, "worker no longer reports that it runs; replacing it");
                         kill(&name, child).await;
                         plan.worker_reaper.requeue_jobs_of(&name).await;
                     }
