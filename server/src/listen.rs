@@ -1,5 +1,5 @@
-//! Accept loop: a bounded number of connections, each with deadlines, until the server stops. At the
-//! limit, a new connection closes an idle one.
+//! Accept loop: a bounded number of connections, each with deadlines, until the server stops. At
+//! the limit, a new connection closes an idle one.
 
 use std::convert::Infallible;
 use std::sync::Arc;

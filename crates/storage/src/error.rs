@@ -32,7 +32,9 @@ pub enum StorageError {
     Poisoned,
     /// Lock or database are no longer in the data directory. All writes fail until the process is
     /// restarted.
-    #[error("the database was removed from the data directory, or replaced, while it was in use")]
+    #[error(
+        "brood.db or brood.lock was removed from the data directory, or replaced, while in use"
+    )]
     Gone,
     /// Too many writes are waiting, or no read connection became free in time. Nothing was written.
     #[error("the store is busy; try again later")]

@@ -382,7 +382,7 @@ impl WriterTask {
     /// Rejects all writes until the process ends.
     fn poison(&mut self, error: &StorageError) {
         match error {
-            StorageError::Gone => tracing::error!("{error}; what was written last is lost"),
+            StorageError::Gone => tracing::error!("{error}; the last write may be lost"),
             _ => {
                 tracing::error!(%error, detail = ?error, "a write to the disk failed; the store is read-only")
             }
