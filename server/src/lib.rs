@@ -50,5 +50,6 @@ mod state;
 
 pub use config::ServerConfig;
 pub use error::ServerError;
+pub use picture::check_pictures;
 pub use route::openapi;
 pub use server::{Server, WorkerReaper};

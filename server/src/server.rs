@@ -28,7 +28,7 @@ use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
 use crate::library::Library;
 use crate::metric::Metrics;
-use crate::picture::{Coalescer, DiskCache, PictureCache};
+use crate::picture::{CACHE_FOLDER, Coalescer, DiskCache, PictureCache};
 use crate::processors::Processors;
 use crate::state::{App, AppState};
 use crate::{limit, listen, route};
@@ -92,7 +92,8 @@ impl Server {
         let opened = tokio::task::spawn_blocking(move || ExportFolder::open(root, &known)).await;
         let folder = opened.map_err(std::io::Error::other).and_then(|folder| folder);
         let folder = folder.map_err(ServerError::Exports)?;
-        let (root, bytes) = (config.data.join("cache"), config.cache_mib.saturating_mul(1 << 20));
+        let (root, bytes) =
+            (config.data.join(CACHE_FOLDER), config.cache_mib.saturating_mul(1 << 20));
         let opened = tokio::task::spawn_blocking(move || DiskCache::open(&root, bytes)).await;
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);
         let (cache, writes) = PictureCache::new(disk.map_err(ServerError::Cache)?, bytes / 4);

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use brood_tests::{ServerOptions, TestLineage, TestServer, brood, hashes, ids, text_of};
 use reqwest::Method;
-use serde_json::json;
+use serde_json::{Value, json};
+use sqlx::sqlite::SqliteConnectOptions;
+use sqlx::{Connection, SqliteConnection};
 use tempfile::TempDir;
 
 /// Runs `brood breed` into this folder; returns the printed hashes by slot.
@@ -115,6 +117,49 @@ async fn backup_is_complete_when_made_while_the_server_breeds() {
     let url = text_of(&generation["individuals"][1]["thumbnail"]);
     let picture = restored.get(&url).await.expect(200).body;
     assert_eq!(picture, server.get(&url).await.expect(200).body);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn database_is_checked_while_the_server_runs_and_compacted_when_it_does_not() {
+    let mut server = TestServer::start();
+    let lineage = TestLineage::new(&server).await;
+    let generation = lineage.random(1).await;
+    let data = server.data().to_string_lossy().into_owned();
+    let run = |words: &[&str]| brood([words, &["--data", &data, "--json"]].concat());
+    let json = |words: &[&str]| -> Value {
+        serde_json::from_str(&run(words).success().stdout).expect("the answer is JSON")
+    };
+    let checked = json(&["check"]);
+    assert_eq!((&checked["genomes"], &checked["problems"]), (&json!(4), &json!([])));
+    let refused = run(&["compact"]);
+    assert_eq!(refused.code, 1);
+    assert!(refused.stderr.contains("another brood server is using"), "{}", refused.stderr);
+    let empty = TempDir::new().unwrap();
+    let nothing = brood(["check", "--data", &empty.path().to_string_lossy()]);
+    assert!(
+        nothing.code == 1 && nothing.stderr.contains("holds no brood.db"),
+        "{}",
+        nothing.stderr
+    );
+    assert_eq!(server.terminate(), 0);
+
+    let compacted = json(&["compact"]);
+    assert_eq!(compacted["genomes"], 0, "genomes are packed when they are stored");
+    server.restart_with(ServerOptions::default());
+    let path = format!("/v1/generations/{}", text_of(&generation["id"]));
+    assert_eq!(server.get(&path).await.expect(200).json(), generation);
+    assert_eq!(server.terminate(), 0);
+
+    let options = SqliteConnectOptions::new().filename(server.data().join("brood.db"));
+    let mut database = SqliteConnection::connect_with(&options).await.unwrap();
+    let damage = "UPDATE genome SET bytes = x'00' WHERE hash = (SELECT min(hash) FROM genome)";
+    sqlx::query(damage).execute(&mut database).await.unwrap();
+    database.close().await.unwrap();
+    let found = run(&["check"]);
+    assert_eq!(found.code, 1);
+    assert!(found.stderr.contains("the database is damaged"), "{}", found.stderr);
+    let found: Value = serde_json::from_str(&found.stdout).expect("the answer is JSON");
+    assert_eq!(found["problems"].as_array().map(Vec::len), Some(1));
 }
 
 /// At equal height, field of view and exposure the middle of a wider picture is the square picture.

@@ -29,12 +29,7 @@ pub fn run(args: &BackupArgs, json: bool) -> Result<()> {
         "{} exists already; choose another file name",
         args.file.display()
     );
-    let data = place::data_dir(args.data.as_ref())?;
-    ensure!(
-        data.join("brood.db").exists(),
-        "{} holds no brood.db; name the data directory with --data",
-        data.display()
-    );
+    let data = place::database_dir(args.data.as_ref())?;
     let part = output::name_beside(&args.file)?;
     let spinner = output::spinner("copying");
     let copied = place::runtime()?.block_on(async {

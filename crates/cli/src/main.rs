@@ -5,6 +5,8 @@
 
 mod backup;
 mod breed;
+mod check;
+mod compact;
 mod compare;
 mod dialect;
 mod diff;
@@ -65,6 +67,10 @@ enum Command {
     Token(token::TokenCommand),
     /// Copy the database into one file
     Backup(backup::BackupArgs),
+    /// Check the database, all genomes and the cached pictures for damage
+    Check(check::CheckArgs),
+    /// Make the database smaller: packs genomes of earlier versions, gives free pages back
+    Compact(compact::CompactArgs),
     /// Breed a brood without a server
     Breed(breed::BreedArgs),
     /// Print the colours of a picture by regions, for `breed --painting`
@@ -108,6 +114,8 @@ fn main() -> ExitCode {
         Command::Worker(args) => worker::run(args),
         Command::Token(command) => token::run(&command, cli.json),
         Command::Backup(args) => backup::run(&args, cli.json),
+        Command::Check(args) => check::run(&args, cli.json),
+        Command::Compact(args) => compact::run(&args, cli.json),
         Command::Breed(args) => breed::run(&args, cli.json),
         Command::Palette(args) => palette::run(&args, cli.json),
         Command::Image(args) => image_file::run(&args, cli.json),

@@ -3,7 +3,7 @@
 use std::env;
 use std::path::PathBuf;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 
 /// Data directory: `given`, else `$XDG_DATA_HOME/brood`, else `~/.local/share/brood`.
 pub fn data_dir(given: Option<&PathBuf>) -> Result<PathBuf> {
@@ -11,6 +11,17 @@ pub fn data_dir(given: Option<&PathBuf>) -> Result<PathBuf> {
         return Ok(dir.clone());
     }
     choose(env::var_os("XDG_DATA_HOME").map(PathBuf::from), env::home_dir())
+}
+
+/// Data directory as in [`data_dir`]; error if it has no database.
+pub fn database_dir(given: Option<&PathBuf>) -> Result<PathBuf> {
+    let data = data_dir(given)?;
+    ensure!(
+        data.join("brood.db").exists(),
+        "{} holds no brood.db; name the data directory with --data",
+        data.display()
+    );
+    Ok(data)
 }
 
 fn choose(xdg: Option<PathBuf>, home: Option<PathBuf>) -> Result<PathBuf> {

@@ -13,7 +13,7 @@ use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{Sqlite, SqliteConnection};
 
 use crate::error::changed;
-use crate::genome::{self, NewGenome};
+use crate::genome::{self, Bases, NewGenome};
 use crate::individual::{self, StoredIndividual};
 use crate::row::{
     Columns, Key, Record, insert_rows, json_set, optional_key, record, select, signed,
@@ -229,7 +229,8 @@ pub(crate) async fn insert(
     let index = insert_row(conn, &new).await?;
     insert_parents(conn, new.id, &new.parents).await?;
     let genomes: Vec<_> = new.individuals.iter().map(|child| child.genome.clone()).collect();
-    genome::insert(conn, &genomes).await?;
+    let bases = Bases::of(conn, new.id, genomes.len()).await?;
+    genome::insert(conn, &genomes, &bases).await?;
     insert_individuals(conn, &new).await?;
     picture::insert(conn, &new.pictures).await?;
     if let Some(job) = &new.job {

@@ -1,17 +1,24 @@
 //! Genomes by content hash. Owner of the table `genome`. Genomes are opaque bytes here, except for
 //! rows without the column `layers`, whose layers are decoded.
+//!
+//! Bytes are packed against the parents of the generation that a genome is born in ([`Bases`]).
+//! Those of parents are packed against none, so a genome needs at most two others. They stay as
+//! long as that generation does: it names them as parents. A purge packs the genomes that survive
+//! it against none.
 
 use std::borrow::Borrow;
 use std::collections::HashMap;
 
 use brood_genome::{Genome, GenomeHash, ModelKind};
+use brood_protocol::GenerationId;
 use sqlx::SqliteConnection;
 use sqlx::sqlite::SqliteRow;
 
-use crate::Store;
 use crate::error::Result;
+use crate::packing::{self, BASES_MAX, Packer};
 use crate::row::{Columns, Key, corrupt_column, insert_rows, json_set};
 use crate::writer::operation;
+use crate::{StorageError, Store};
 
 /// Genome to be stored.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,7 +52,7 @@ impl Store {
     /// Returns a `StorageError` if the write fails.
     pub async fn put_genome(&self, genome: NewGenome) -> Result<()> {
         self.write(operation!(|conn| {
-            insert(conn, std::slice::from_ref(&genome)).await?;
+            insert(conn, std::slice::from_ref(&genome), &Bases::default()).await?;
             sqlx::query("UPDATE genome SET kept = 1 WHERE hash = ? AND kept = 0")
                 .bind(genome.hash.key())
                 .execute(conn)
@@ -58,59 +65,217 @@ impl Store {
     /// Returns a genome.
     ///
     /// # Errors
-    /// Returns `StorageError::NotFound` if it does not exist.
+    /// Returns `StorageError::NotFound` if it does not exist, `StorageError::Corrupt` if its bytes
+    /// do not have its hash.
     pub async fn genome(&self, hash: GenomeHash) -> Result<StoredGenome> {
-        let query = sqlx::query("SELECT bytes, text FROM genome WHERE hash = ?");
-        let mut conn = self.reader().await?;
-        let row = query.bind(hash.key()).fetch_one(&mut *conn).await?;
-        StoredGenome::read(&row)
+        self.genomes(&[hash]).await?.remove(&hash).ok_or(StorageError::NotFound)
     }
 
     /// Returns several genomes, without the unknown ones.
     ///
     /// # Errors
-    /// Returns a `StorageError` if the read fails.
+    /// Returns `StorageError::Corrupt` if bytes do not have their hash, other variants if the read
+    /// fails.
     pub async fn genomes(
         &self,
         hashes: &[GenomeHash],
     ) -> Result<HashMap<GenomeHash, StoredGenome>> {
-        let wanted = json_set(hashes);
-        let rows = sqlx::query(
-            "SELECT hash, bytes, text FROM genome
-             WHERE hash IN (SELECT unhex(value) FROM json_each(?))",
-        )
-        .bind(wanted)
-        .fetch_all(&mut *self.reader().await?)
-        .await?;
-        rows.iter().map(|row| Ok((row.column("hash")?, StoredGenome::read(row)?))).collect()
+        read(&mut *self.snapshot().await?, hashes).await
     }
 }
 
-impl StoredGenome {
+/// Genome as a row has it.
+struct Row {
+    hash: GenomeHash,
+    content: StoredGenome,
+    /// Genomes that the bytes are packed against; `None` if they are not packed.
+    bases: Option<Vec<GenomeHash>>,
+}
+
+impl Row {
     fn read(row: &SqliteRow) -> Result<Self> {
-        Ok(match row.column("bytes")? {
-            Some(bytes) => Self::Bytes(bytes),
-            None => Self::Text(row.column("text")?),
-        })
+        let content = match row.column("bytes")? {
+            Some(bytes) => StoredGenome::Bytes(bytes),
+            None => StoredGenome::Text(row.column("text")?),
+        };
+        let bases = row.column::<Option<Vec<u8>>>("bases")?.map(|hashes| {
+            let (hashes, _) = hashes.as_chunks();
+            hashes.iter().map(|hash| GenomeHash::from_bytes(*hash)).collect()
+        });
+        Ok(Self { hash: row.column("hash")?, content, bases })
+    }
+
+    /// True if reading it needs other rows.
+    fn needs_bases(&self) -> bool {
+        self.bases.as_ref().is_some_and(|bases| !bases.is_empty())
+    }
+
+    /// Returns the genome. `bases` has those that it is packed against. Error if the bytes do not
+    /// have the hash.
+    fn unpack(self, bases: &HashMap<GenomeHash, Vec<u8>>) -> Result<StoredGenome> {
+        let damaged = || StorageError::Corrupt(format!("genome {} is damaged", self.hash));
+        let bytes = match (self.content, self.bases) {
+            (StoredGenome::Text(text), _) => return Ok(StoredGenome::Text(text)),
+            (StoredGenome::Bytes(bytes), None) => bytes,
+            (StoredGenome::Bytes(packed), Some(hashes)) => {
+                let found = hashes.iter().map(|hash| bases.get(hash).map(Vec::as_slice));
+                let found = found.collect::<Option<Vec<_>>>().ok_or_else(damaged)?;
+                packing::unpack(&packed, &found).map_err(|_| damaged())?
+            }
+        };
+        if GenomeHash::of(&bytes) == self.hash {
+            Ok(StoredGenome::Bytes(bytes))
+        } else {
+            Err(damaged())
+        }
     }
 }
 
-/// Inserts genomes. Existing ones are unchanged.
+async fn rows<'h>(
+    conn: &mut SqliteConnection,
+    hashes: impl IntoIterator<Item = &'h GenomeHash>,
+) -> Result<Vec<Row>> {
+    let rows = sqlx::query(
+        "SELECT hash, bytes, text, bases FROM genome
+         WHERE hash IN (SELECT unhex(value) FROM json_each(?))",
+    )
+    .bind(json_set(hashes))
+    .fetch_all(conn)
+    .await?;
+    rows.iter().map(Row::read).collect()
+}
+
+/// Reads genomes, without the unknown ones.
+pub(crate) async fn read(
+    conn: &mut SqliteConnection,
+    hashes: &[GenomeHash],
+) -> Result<HashMap<GenomeHash, StoredGenome>> {
+    let found = rows(conn, hashes).await?;
+    let mut wanted: Vec<_> = found.iter().flat_map(|row| row.bases.iter().flatten()).collect();
+    wanted.sort_unstable();
+    wanted.dedup();
+    let mut bases = HashMap::new();
+    if !wanted.is_empty() {
+        for row in rows(conn, wanted).await? {
+            let hash = row.hash;
+            if let StoredGenome::Bytes(bytes) = row.unpack(&HashMap::new())? {
+                bases.insert(hash, bytes);
+            }
+        }
+    }
+    found.into_iter().map(|row| Ok((row.hash, row.unpack(&bases)?))).collect()
+}
+
+/// Genomes that others are packed against, at most [`BASES_MAX`].
+#[derive(Debug, Default)]
+pub(crate) struct Bases(Vec<(GenomeHash, Vec<u8>)>);
+
+impl Bases {
+    /// Returns the bases for the children of a generation: its first parents. A parent that is
+    /// itself packed against others is packed against none first, which pays from three children
+    /// on; for fewer it is not used.
+    pub(crate) async fn of(
+        conn: &mut SqliteConnection,
+        generation: GenerationId,
+        children: usize,
+    ) -> Result<Self> {
+        let parents = sqlx::query(
+            "SELECT DISTINCT genome_hash FROM generation_parent
+             WHERE generation_id = ? ORDER BY place LIMIT ?",
+        )
+        .bind(generation.key())
+        .bind(BASES_MAX as i64)
+        .fetch_all(&mut *conn)
+        .await?;
+        let parents = parents.iter().map(|row| row.column("genome_hash"));
+        let parents = parents.collect::<Result<Vec<GenomeHash>>>()?;
+        if parents.is_empty() {
+            return Ok(Self::default());
+        }
+        let needy = rows(conn, &parents).await?.into_iter().filter(Row::needs_bases);
+        let needy: Vec<_> = needy.map(|row| row.hash).collect();
+        let repacks = children > BASES_MAX;
+        if repacks {
+            pack_alone(conn, &needy).await?;
+        }
+        let found = read(conn, &parents).await?;
+        let bytes = |hash| match found.get(&hash) {
+            Some(StoredGenome::Bytes(bytes)) if repacks || !needy.contains(&hash) => {
+                Some((hash, bytes.clone()))
+            }
+            _ => None,
+        };
+        Ok(Self(parents.into_iter().filter_map(bytes).collect()))
+    }
+
+    fn hashes(&self) -> Vec<u8> {
+        self.0.iter().flat_map(|(hash, _)| *hash.as_bytes()).collect()
+    }
+
+    fn packer(&self) -> Result<Packer> {
+        let bytes: Vec<_> = self.0.iter().map(|(_, bytes)| bytes.as_slice()).collect();
+        Packer::new(&bytes).map_err(not_packed)
+    }
+}
+
+fn not_packed(error: std::io::Error) -> StorageError {
+    StorageError::Unsupported(format!("cannot pack a genome: {error}"))
+}
+
+/// Packs stored genomes against none. Genomes that are stored as text stay as they are.
+pub(crate) async fn pack_alone(conn: &mut SqliteConnection, hashes: &[GenomeHash]) -> Result<()> {
+    if hashes.is_empty() {
+        return Ok(());
+    }
+    let alone = Bases::default();
+    for (hash, genome) in read(conn, hashes).await? {
+        if let StoredGenome::Bytes(bytes) = genome {
+            pack(conn, (hash, &bytes), &alone).await?;
+        }
+    }
+    Ok(())
+}
+
+/// Replaces the content of a stored genome by packed bytes.
+pub(crate) async fn pack(
+    conn: &mut SqliteConnection,
+    (hash, bytes): (GenomeHash, &[u8]),
+    bases: &Bases,
+) -> Result<()> {
+    let packed = bases.packer()?.pack(bytes).map_err(not_packed)?;
+    sqlx::query("UPDATE genome SET bytes = ?, text = '', bases = ? WHERE hash = ?")
+        .bind(packed)
+        .bind(bases.hashes())
+        .bind(hash.key())
+        .execute(conn)
+        .await?;
+    Ok(())
+}
+
+/// Inserts genomes, packed against `bases`. Existing ones are unchanged.
 pub(crate) async fn insert<G: Borrow<NewGenome> + Sync>(
     conn: &mut SqliteConnection,
     genomes: &[G],
+    bases: &Bases,
 ) -> Result<()> {
-    let head =
-        "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text, bytes) ";
-    insert_rows(conn, (head, " ON CONFLICT (hash) DO NOTHING"), genomes, |row, genome| {
+    let mut packer = bases.packer()?;
+    let hashes = bases.hashes();
+    let mut packed = Vec::with_capacity(genomes.len());
+    for genome in genomes {
         let genome = genome.borrow();
+        packed.push((genome, packer.pack(&genome.bytes).map_err(not_packed)?));
+    }
+    let head = "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text,
+         bytes, bases) ";
+    insert_rows(conn, (head, " ON CONFLICT (hash) DO NOTHING"), &packed, |row, (genome, bytes)| {
         row.push_bind(genome.hash.key())
             .push_bind(genome.program_hash.as_slice())
             .push_bind(genome.live_instructions)
             .push_bind(layer_names(&genome.layers))
             .push("0")
             .push("''")
-            .push_bind(genome.bytes.as_slice());
+            .push_bind(bytes.as_slice())
+            .push_bind(hashes.as_slice());
     })
     .await
 }
@@ -130,11 +295,30 @@ pub(crate) fn layers(row: &SqliteRow) -> Result<Vec<ModelKind>> {
             .split_whitespace()
             .map(|name| name.parse().map_err(|_| corrupt_column(COLUMN)))
             .collect(),
-        (None, Some(bytes)) => {
-            let genome =
-                Genome::from_canonical_bytes(&bytes).map_err(|_| corrupt_column("bytes"))?;
-            Ok(genome.layers().iter().map(|model| model.kind()).collect())
-        }
+        (None, Some(bytes)) => decoded_layers(&bytes),
         (None, None) => Ok(Vec::new()),
     }
+}
+
+fn decoded_layers(bytes: &[u8]) -> Result<Vec<ModelKind>> {
+    let genome = Genome::from_canonical_bytes(bytes).map_err(|_| corrupt_column("bytes"))?;
+    Ok(genome.layers().iter().map(|model| model.kind()).collect())
+}
+
+/// Fills the column `layers` of a row that has none. `bytes` is its genome.
+pub(crate) async fn set_layers(
+    conn: &mut SqliteConnection,
+    hash: GenomeHash,
+    bytes: &[u8],
+) -> Result<()> {
+    let row = sqlx::query("SELECT 1 FROM genome WHERE hash = ? AND layers IS NULL");
+    if row.bind(hash.key()).fetch_optional(&mut *conn).await?.is_none() {
+        return Ok(());
+    }
+    sqlx::query("UPDATE genome SET layers = ? WHERE hash = ?")
+        .bind(layer_names(&decoded_layers(bytes)?))
+        .bind(hash.key())
+        .execute(conn)
+        .await?;
+    Ok(())
 }

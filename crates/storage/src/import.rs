@@ -5,6 +5,7 @@ use std::sync::Arc;
 use brood_protocol::{IndividualId, Lineage, PatchIndividual};
 
 use crate::error::{Result, changed};
+use crate::genome::Bases;
 use crate::lineage;
 use crate::row::Key;
 use crate::writer::operation;
@@ -39,7 +40,7 @@ impl Store {
         self.write(operation!(|conn| {
             idempotency::insert(conn, new.idempotency.as_ref(), new.lineage.created_ms).await?;
             lineage::insert(conn, &new.lineage).await?;
-            genome::insert(conn, &new.genomes).await?;
+            genome::insert(conn, &new.genomes, &Bases::default()).await?;
             for one in new.generations {
                 generation::insert(conn, one).await?;
             }

@@ -22,6 +22,8 @@
 //! # }).unwrap();
 //! ```
 
+mod check;
+mod compact;
 mod connection;
 mod error;
 mod export;
@@ -36,6 +38,7 @@ mod light_asset;
 mod lineage;
 mod lock;
 mod mesh;
+mod packing;
 mod picture;
 mod purge;
 mod row;
@@ -50,6 +53,8 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub use check::CheckedStore;
+pub use compact::Compacted;
 pub use error::StorageError;
 pub use export::{ClaimedExport, NewExport, NewExportFile, StoredExport, StoredExportFile};
 pub use generation::{NewGeneration, NewIndividual, StoredGeneration};

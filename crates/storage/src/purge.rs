@@ -1,27 +1,50 @@
 //! Permanent removal of a lineage. It also removes genomes and picture keys without other
 //! references. It keeps hashes of parents in other lineages, genomes saved by hand, and pictures of
 //! programs that a remaining genome shares.
+//!
+//! The youngest generations go first, in transactions of about [`SLICE`], so that other writes wait
+//! no longer. If the process ends between two of them, the lineage is hidden and has lost its
+//! youngest generations; purging it again removes the rest.
 
+use std::time::{Duration, Instant};
+
+use brood_genome::GenomeHash;
 use brood_protocol::LineageId;
 use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
-use crate::row::Key;
+use crate::genome;
+use crate::row::{Columns, Key};
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
-/// Temporary table of genomes that may lose their last reference. It is dropped with the
-/// connection.
-const CREATE_CANDIDATES: &str =
-    "CREATE TEMP TABLE IF NOT EXISTS purge_candidate (hash BLOB NOT NULL PRIMARY KEY) STRICT";
-const CLEAR_CANDIDATES: &str = "DELETE FROM temp.purge_candidate";
+/// Time that the statements of a transaction take.
+const SLICE: Duration = Duration::from_millis(15);
+/// Number of generations in the first transaction, and the most.
+const GENERATIONS: u32 = 4;
+const GENERATIONS_MAX: u32 = 1024;
+
+/// Temporary tables of generations that are removed, and of genomes that may lose their last
+/// reference. They are dropped with the connection.
+const CREATE: [&str; 2] = [
+    "CREATE TEMP TABLE IF NOT EXISTS purged_generation (id BLOB NOT NULL PRIMARY KEY) STRICT",
+    "CREATE TEMP TABLE IF NOT EXISTS purge_candidate (hash BLOB NOT NULL PRIMARY KEY) STRICT",
+];
+const CLEAR: [&str; 2] = ["DELETE FROM temp.purged_generation", "DELETE FROM temp.purge_candidate"];
+const CHOOSE_GENERATIONS: &str = "INSERT INTO temp.purged_generation
+    SELECT id FROM generation WHERE lineage_id = ? ORDER BY position DESC LIMIT ?";
 const FILL_CANDIDATES: &str = "INSERT INTO temp.purge_candidate
-    SELECT genome_hash FROM individual WHERE lineage_id = ?1
+    SELECT genome_hash FROM individual
+        WHERE generation_id IN (SELECT id FROM temp.purged_generation)
     UNION
     SELECT genome_hash FROM generation_parent
-        WHERE generation_id IN (SELECT id FROM generation WHERE lineage_id = ?1)";
-/// Individuals, generations and their parent rows are deleted by cascade.
-const REMOVE_LINEAGE: &str = "DELETE FROM lineage WHERE id = ?";
+        WHERE generation_id IN (SELECT id FROM temp.purged_generation)";
+/// Individuals and parent rows are deleted by cascade.
+const REMOVE_GENERATIONS: &str =
+    "DELETE FROM generation WHERE id IN (SELECT id FROM temp.purged_generation)";
+/// Remaining genomes that are packed against others.
+const PACKED_SURVIVORS: &str = "SELECT hash FROM genome WHERE length(bases) > 0
+    AND hash IN (SELECT hash FROM temp.purge_candidate)";
 const KEEP_REFERENCED: &str = "DELETE FROM temp.purge_candidate WHERE
     hash IN (SELECT hash FROM genome WHERE kept = 1)
     OR EXISTS (SELECT 1 FROM individual WHERE genome_hash = purge_candidate.hash)
@@ -37,28 +60,86 @@ const REASSIGN_PICTURES: &str = "UPDATE picture SET genome_hash = coalesce(
     WHERE genome_hash IN (SELECT hash FROM temp.purge_candidate)";
 const REMOVE_GENOMES: &str =
     "DELETE FROM genome WHERE hash IN (SELECT hash FROM temp.purge_candidate)";
+const HIDE: &str = "UPDATE lineage SET hidden = 1 WHERE id = ?";
+const REMOVE_LINEAGE: &str = "DELETE FROM lineage WHERE id = ?";
+
+/// Result of one transaction.
+struct Slice {
+    generations: u64,
+    elapsed: Duration,
+}
 
 impl Store {
     /// Removes a lineage with its generations and individuals, and the genomes and picture keys
     /// without other references. Children of its individuals in other lineages keep the parent's
-    /// hash.
+    /// hash. It is hidden at once, and removed even if the caller does not wait for the end.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the lineage does not exist.
     pub async fn purge_lineage(&self, id: LineageId) -> Result<()> {
-        self.write(operation!(|conn| purge(conn, id).await)).await
+        self.write(operation!(|conn| {
+            changed(&sqlx::query(HIDE).bind(id.key()).execute(conn).await?, StorageError::NotFound)
+        }))
+        .await?;
+        let store = self.clone();
+        let removal = tokio::spawn(async move { store.remove_lineage(id).await });
+        removal.await.unwrap_or(Err(StorageError::Closed))
+    }
+
+    async fn remove_lineage(&self, id: LineageId) -> Result<()> {
+        let mut count = GENERATIONS;
+        loop {
+            // The last write makes all of them durable.
+            let removal =
+                self.write_relaxed(operation!(|conn| remove_slice(conn, id, count).await));
+            let slice = match removal.await {
+                Err(StorageError::Busy) => {
+                    tokio::time::sleep(SLICE).await;
+                    continue;
+                }
+                slice => slice?,
+            };
+            if slice.generations < u64::from(count) {
+                break;
+            }
+            if slice.elapsed > SLICE {
+                count = (count / 2).max(1);
+            } else if slice.elapsed < SLICE / 2 {
+                count = (count * 2).min(GENERATIONS_MAX);
+            }
+        }
+        self.write(operation!(|conn| {
+            // Generations that were born in the meantime.
+            while remove_slice(conn, id, GENERATIONS).await?.generations > 0 {}
+            let done = sqlx::query(REMOVE_LINEAGE).bind(id.key()).execute(conn).await?;
+            changed(&done, StorageError::NotFound)
+        }))
+        .await
     }
 }
 
-async fn purge(conn: &mut SqliteConnection, id: LineageId) -> Result<()> {
-    for sql in [CREATE_CANDIDATES, CLEAR_CANDIDATES] {
+/// Removes the youngest generations, at most `count`.
+async fn remove_slice(conn: &mut SqliteConnection, id: LineageId, count: u32) -> Result<Slice> {
+    let start = Instant::now();
+    for sql in CREATE.into_iter().chain(CLEAR) {
         sqlx::query(sql).execute(&mut *conn).await?;
     }
-    sqlx::query(FILL_CANDIDATES).bind(id.key()).execute(&mut *conn).await?;
-    let done = sqlx::query(REMOVE_LINEAGE).bind(id.key()).execute(&mut *conn).await?;
-    changed(&done, StorageError::NotFound)?;
-    for sql in [KEEP_REFERENCED, REASSIGN_PICTURES, REMOVE_GENOMES, CLEAR_CANDIDATES] {
+    sqlx::query(CHOOSE_GENERATIONS).bind(id.key()).bind(count).execute(&mut *conn).await?;
+    sqlx::query(FILL_CANDIDATES).execute(&mut *conn).await?;
+    let removed = sqlx::query(REMOVE_GENERATIONS).execute(&mut *conn).await?;
+    let packed = sqlx::query(PACKED_SURVIVORS).fetch_all(&mut *conn).await?;
+    sqlx::query(KEEP_REFERENCED).execute(&mut *conn).await?;
+    let mut survivors = Vec::new();
+    for row in packed {
+        let hash: GenomeHash = row.column("hash")?;
+        let gone = sqlx::query("SELECT 1 FROM temp.purge_candidate WHERE hash = ?");
+        if gone.bind(hash.key()).fetch_optional(&mut *conn).await?.is_none() {
+            survivors.push(hash);
+        }
+    }
+    genome::pack_alone(conn, &survivors).await?;
+    for sql in [REASSIGN_PICTURES, REMOVE_GENOMES].into_iter().chain(CLEAR) {
         sqlx::query(sql).execute(&mut *conn).await?;
     }
-    Ok(())
+    Ok(Slice { generations: removed.rows_affected(), elapsed: start.elapsed() })
 }

@@ -1,7 +1,7 @@
 //! The store: opening, closing, backup, row counts, and access to the read and write connections.
 //! The methods for each kind of record are in the other modules.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -80,28 +80,7 @@ impl Store {
     /// [`StorageError::Unsupported`] if it belongs to another version, [`StorageError::Corrupt`] if
     /// the check fails, [`StorageError::Directory`] if it is not accessible.
     pub async fn open(dir: &Path) -> Result<Self> {
-        let lock = DirectoryLock::take(dir)?;
-        let file = dir.join(FILE);
-        let unclean = log_bytes(dir) > 0;
-        if std::fs::metadata(&file).is_ok_and(|known| known.len() == 0) {
-            return Err(StorageError::Corrupt(format!(
-                "{FILE} is empty; restore a backup, or delete the file to start anew"
-            )));
-        }
-        let mut conn = connection::writing(&file, true).connect().await?;
-        connection::assert_writing(&mut conn).await?;
-        let sqlite_version = connection::sqlite_version(&mut conn).await?;
-        if unclean {
-            let start = Instant::now();
-            connection::check(&mut conn).await?;
-            let elapsed_ms = start.elapsed().as_millis();
-            tracing::info!(
-                elapsed_ms,
-                "the last shutdown was not clean; the database check passed"
-            );
-        }
-        connection::migrate(&mut conn).await?;
-        let lock = lock.watching(file.clone())?;
+        let Opened { conn, lock, file, sqlite_version } = Opened::take(dir).await?;
         Self::start(conn, &file, Some(lock), sqlite_version).await
     }
 
@@ -266,6 +245,55 @@ impl Store {
         F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         Ok(self.inner.writer.write(Durability::ProcessDeath, operation).await?.0)
+    }
+}
+
+/// Database that only this process uses, with the current schema.
+pub(crate) struct Opened {
+    /// Connection that writes.
+    pub conn: SqliteConnection,
+    lock: DirectoryLock,
+    file: PathBuf,
+    sqlite_version: String,
+}
+
+impl Opened {
+    /// Locks a data directory, creates what is missing in it, and brings it up to date.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub async fn take(dir: &Path) -> Result<Self> {
+        let lock = DirectoryLock::take(dir)?;
+        let file = dir.join(FILE);
+        let unclean = log_bytes(dir) > 0;
+        if std::fs::metadata(&file).is_ok_and(|known| known.len() == 0) {
+            return Err(StorageError::Corrupt(format!(
+                "{FILE} is empty; restore a backup, or delete the file to start anew"
+            )));
+        }
+        let mut conn = connection::writing(&file, true).connect().await?;
+        connection::assert_writing(&mut conn).await?;
+        let sqlite_version = connection::sqlite_version(&mut conn).await?;
+        if unclean {
+            let start = Instant::now();
+            connection::check(&mut conn).await?;
+            let elapsed_ms = start.elapsed().as_millis();
+            tracing::info!(
+                elapsed_ms,
+                "the last shutdown was not clean; the database check passed"
+            );
+        }
+        connection::migrate(&mut conn).await?;
+        let lock = lock.watching(file.clone())?;
+        Ok(Self { conn, lock, file, sqlite_version })
+    }
+
+    /// Returns the size of the database.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Directory`] if the file cannot be read.
+    pub fn bytes(&self) -> Result<u64> {
+        Ok(std::fs::metadata(&self.file).map_err(StorageError::Directory)?.len())
     }
 }
 

@@ -6,6 +6,7 @@ mod content;
 mod durability;
 mod family;
 mod history;
+mod packing;
 mod queue;
 mod removal;
 mod search;
@@ -36,23 +37,56 @@ fn hash(text: &str) -> [u8; 32] {
     *blake3::hash(text.as_bytes()).as_bytes()
 }
 
+/// Bytes of the genome with a name.
+fn content(name: &str) -> Vec<u8> {
+    format!("genome {name}").into_bytes()
+}
+
 fn genome(name: &str) -> GenomeHash {
-    GenomeHash::from_bytes(hash(name))
+    GenomeHash::of(&content(name))
 }
 
 /// Genome to be saved by hand, with the hashes of the given names.
-fn saved(name: &str, bytes: &[u8], program: &str) -> NewGenome {
+fn saved(name: &str, program: &str) -> NewGenome {
     NewGenome {
         hash: genome(name),
-        bytes: bytes.to_vec(),
+        bytes: content(name),
         program_hash: hash(program),
         live_instructions: 41,
         layers: Vec::new(),
     }
 }
 
-fn bytes(text: &str) -> StoredGenome {
-    StoredGenome::Bytes(text.as_bytes().to_vec())
+/// Genome with a name, as it is read back.
+fn read_back(name: &str) -> StoredGenome {
+    StoredGenome::Bytes(content(name))
+}
+
+/// Stores genomes as earlier versions did: neither packed nor with their layers in a column.
+async fn age(store: &Store, genomes: &[GenomeHash]) {
+    for (hash, found) in store.genomes(genomes).await.unwrap() {
+        let StoredGenome::Bytes(bytes) = found else { panic!("{hash} is text") };
+        let change = store.write(move |conn| {
+            Box::pin(async move {
+                let sql = "UPDATE genome SET bytes = ?, bases = NULL, layers = NULL WHERE hash = ?";
+                let hash = hash.as_bytes().to_vec();
+                sqlx::query(sql).bind(bytes).bind(hash).execute(conn).await?;
+                Ok(())
+            })
+        });
+        change.await.unwrap();
+    }
+}
+
+/// Runs a statement on the write connection.
+async fn execute(store: &Store, sql: &'static str) {
+    let change = store.write(move |conn| {
+        Box::pin(async move {
+            sqlx::query(sql).execute(conn).await?;
+            Ok(())
+        })
+    });
+    change.await.unwrap();
 }
 
 fn key(name: &str) -> PictureKey {
@@ -96,7 +130,7 @@ fn child(slot: u32, genome_name: &str) -> NewIndividual {
         slot,
         genome: Arc::new(NewGenome {
             hash: genome(genome_name),
-            bytes: format!("genome {genome_name}").into_bytes(),
+            bytes: content(genome_name),
             program_hash: hash(&format!("program of {genome_name}")),
             live_instructions: 41,
             layers: vec![ModelKind::Lambert],

@@ -18,6 +18,8 @@ use bytes::Bytes;
 
 use super::segment::{self, Entry, RECORD_BYTES};
 
+/// Folder of the cache in the data directory.
+pub const FOLDER: &str = "cache";
 /// A segment is closed at 1/16 of the cache, so that removing one loses little ...
 const SEGMENTS: u64 = 16;
 /// ... and never grows beyond 32 MiB.
@@ -59,6 +61,39 @@ struct Tail {
     number: u64,
     file: File,
     bytes: u64,
+}
+
+/// Counts the pictures in the cache of a data directory that are whole, and those that are damaged.
+/// A server renders damaged ones again. Reads the cache only; it may be in use.
+///
+/// # Errors
+/// Error of the file system.
+pub fn check_pictures(data: &Path) -> io::Result<(u64, u64)> {
+    let (mut whole, mut damaged) = (0, 0);
+    let files = match fs::read_dir(data.join(FOLDER)) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((0, 0)),
+        files => files?,
+    };
+    for file in files {
+        let path = file?.path();
+        if segment::number(&path).is_none() {
+            continue;
+        }
+        let (_, entries) = match segment::scan(&path) {
+            // Removed by the server in the meantime.
+            Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
+            found => found?,
+        };
+        for (key, entry) in entries {
+            match segment::read(&path, key, entry) {
+                Err(error) if error.kind() == io::ErrorKind::NotFound => break,
+                Ok(None) => damaged += 1,
+                Ok(Some(_)) => whole += 1,
+                Err(error) => return Err(error),
+            }
+        }
+    }
+    Ok((whole, damaged))
 }
 
 impl DiskCache {

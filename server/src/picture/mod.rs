@@ -14,6 +14,6 @@ mod webp;
 pub use cache::{Failure, Lookup, PictureCache};
 pub use check::check;
 pub use coalesce::Coalescer;
-pub use disk::DiskCache;
+pub use disk::{DiskCache, FOLDER as CACHE_FOLDER, check_pictures};
 pub use url::thumbnail_url;
 pub use webp::webp_of_png;

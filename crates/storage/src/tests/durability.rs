@@ -8,7 +8,7 @@ use sqlx::{ConnectOptions, Connection};
 use tempfile::TempDir;
 
 use super::{
-    generation, hash, job, key, lineage, new_generation, new_lineage, open, picture, scene,
+    execute, generation, hash, job, key, lineage, new_generation, new_lineage, open, picture, scene,
 };
 use crate::{Queue, Scope, StorageError, Store, connection};
 
@@ -167,27 +167,22 @@ async fn writes_fail_while_disk_is_full_and_recover() {
     let (_dir, store) = open().await;
     let lineage = lineage(&store).await;
     let made = generation(&store, lineage, &[], "a").await;
-    limit_pages(&store, "PRAGMA max_page_count = 1").await;
+    execute(&store, "PRAGMA max_page_count = 1").await;
     let mut big = new_generation(lineage, &[], "b");
-    Arc::make_mut(&mut big.individuals[0].genome).bytes = vec![7; 1 << 20];
+    Arc::make_mut(&mut big.individuals[0].genome).bytes = noise(1 << 20);
     let refused = store.create_generation(big.clone()).await;
     assert!(matches!(refused, Err(StorageError::Full)), "{refused:?}");
     assert_eq!(store.list_generations(lineage, None, 9).await.unwrap(), [made]);
     assert!(!store.is_poisoned());
-    limit_pages(&store, "PRAGMA max_page_count = 1000000").await;
+    execute(&store, "PRAGMA max_page_count = 1000000").await;
     assert_eq!(store.create_generation(big).await.unwrap().index, 1);
 }
 
-async fn limit_pages(store: &Store, sql: &'static str) {
-    store
-        .write(move |conn| {
-            Box::pin(async move {
-                sqlx::query(sql).execute(conn).await?;
-                Ok(())
-            })
-        })
-        .await
-        .unwrap();
+/// Bytes that cannot be packed.
+fn noise(length: usize) -> Vec<u8> {
+    let mut bytes = vec![0; length];
+    blake3::Hasher::new().finalize_xof().fill(&mut bytes);
+    bytes
 }
 
 #[tokio::test]

@@ -9,8 +9,8 @@ use brood_protocol::{
 };
 
 use super::{
-    generation, genome, hash, idempotency, job, key, lineage, new_generation, new_lineage, open,
-    picture, scene,
+    age, execute, generation, genome, hash, idempotency, job, key, lineage, new_generation,
+    new_lineage, open, picture, scene,
 };
 use crate::{LineageCursor, LineageFilter, NewImport, Queue, StorageError};
 
@@ -294,7 +294,7 @@ async fn layers_are_read_from_column_or_decoded_from_genome() {
     let parsed: brood_genome::Genome = PLASTIC.parse().unwrap();
     let mut new = new_generation(id, &[], "g");
     let plastic = Arc::make_mut(&mut new.individuals[1].genome);
-    plastic.bytes = parsed.canonical_bytes();
+    (plastic.hash, plastic.bytes) = (parsed.hash(), parsed.canonical_bytes());
     plastic.layers = vec![ModelKind::Lambert, ModelKind::CookTorrance];
     Arc::make_mut(&mut new.individuals[2].genome).layers = Vec::new();
     let ids: Vec<_> = new.individuals.iter().map(|child| child.id).collect();
@@ -309,15 +309,9 @@ async fn layers_are_read_from_column_or_decoded_from_genome() {
     assert_eq!(made.individuals, found);
 
     // Rows of earlier versions have no layers: bytes, or the text of the first version.
-    let age = "UPDATE genome SET layers = NULL,
-                   bytes = CASE WHEN layers = 'lambert cook-torrance' THEN bytes END";
-    let aged = store.write(move |conn| {
-        Box::pin(async move {
-            sqlx::query(age).execute(conn).await?;
-            Ok(())
-        })
-    });
-    aged.await.unwrap();
+    age(&store, &[parsed.hash()]).await;
+    let text = "UPDATE genome SET layers = NULL, bytes = NULL, bases = NULL WHERE layers NOT NULL";
+    execute(&store, text).await;
     let found = store.individuals(&ids).await.unwrap();
     assert_eq!(layer_names(&found), ["", "lambert cook-torrance", ""]);
 }

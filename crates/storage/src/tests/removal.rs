@@ -5,7 +5,7 @@ use std::sync::Arc;
 use brood_protocol::{GenerationId, LineageId, ParentRef};
 
 use super::{
-    bytes, child, generation, genome, hash, job, key, lineage, new_generation, open, picture,
+    child, generation, genome, hash, job, key, lineage, new_generation, open, picture, read_back,
     saved, scene,
 };
 use crate::{Queue, StorageError};
@@ -42,7 +42,7 @@ async fn purge_keeps_parent_hashes_of_children_in_other_lineages() {
     assert_eq!(left.centre, None);
     assert_eq!(left.parents, [ParentRef::Genome(genome("a 1"))]);
     assert_eq!(left.individuals[0].parents, left.parents);
-    assert_eq!(store.genome(genome("a 1")).await.unwrap(), bytes("genome a 1"));
+    assert_eq!(store.genome(genome("a 1")).await.unwrap(), read_back("a 1"));
     assert_eq!(store.counts().await.unwrap().genomes, 4);
     assert!(store.ancestry(left.individuals[0].id, 9).await.unwrap().is_empty());
 }
@@ -54,7 +54,7 @@ async fn purge_keeps_genomes_when_shared_or_saved() {
     let scene = scene(&store).await;
     generation(&store, old, &[], "a").await;
     // `a 0` is saved by hand, `a 1` was born elsewhere as well, `twin` has the program of `a 2`.
-    store.put_genome(saved("a 0", b"not stored again", "program of a 0")).await.unwrap();
+    store.put_genome(saved("a 0", "program of a 0")).await.unwrap();
     let mut new = new_generation(young, &[], "b");
     new.individuals = vec![child(0, "a 1"), child(1, "twin")];
     Arc::make_mut(&mut new.individuals[1].genome).program_hash = hash("program of a 2");
@@ -66,7 +66,7 @@ async fn purge_keeps_genomes_when_shared_or_saved() {
     let kept = store.genomes(&["a 0", "a 1", "a 2", "twin"].map(genome)).await.unwrap();
     assert_eq!(kept.len(), 3);
     assert!(!kept.contains_key(&genome("a 2")));
-    assert_eq!(kept[&genome("a 0")], bytes("genome a 0"));
+    assert_eq!(kept[&genome("a 0")], read_back("a 0"));
     assert_eq!(store.picture(key("of a 2")).await.unwrap().genome_hash, genome("twin"));
     assert_eq!(store.picture(key("of a 1")).await.unwrap().genome_hash, genome("a 1"));
 }

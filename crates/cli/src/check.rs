@@ -1,0 +1,56 @@
+//! `brood check`: reads the database, all genomes and the cached pictures, and lists what is
+//! damaged, whether or not a server is running.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use brood_bench::{logging, output};
+use brood_storage::{CheckedStore, Store};
+use clap::Args;
+use serde_json::json;
+
+use crate::place;
+
+/// Options of `brood check`.
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// Data directory of the server
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
+    data: Option<PathBuf>,
+}
+
+/// Runs the command. Damage of the database is an error; damaged pictures are rendered again.
+pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
+    logging::start_offline();
+    let data = place::database_dir(args.data.as_ref())?;
+    let spinner = output::spinner("checking pages and references");
+    let checked = place::runtime()?.block_on(async {
+        let store = Store::open_shared(&data).await.context("open the data directory")?;
+        let checked = store.check(|genomes| spinner.set_message(format!("genomes: {genomes}")));
+        let checked = checked.await.context("read the database");
+        store.close().await?;
+        checked
+    });
+    spinner.set_message("pictures");
+    let pictures = brood_server::check_pictures(&data).context("read the cached pictures");
+    spinner.finish_and_clear();
+    let (CheckedStore { genomes, problems }, (pictures, damaged_pictures)) = (checked?, pictures?);
+    if json {
+        output::print_json(&json!({
+            "genomes": genomes,
+            "pictures": pictures,
+            "damaged_pictures": damaged_pictures,
+            "problems": problems,
+        }))?;
+    } else {
+        output::print(&format!(
+            "{genomes} genomes and {pictures} pictures are as they were written; \
+             {damaged_pictures} pictures are damaged and will be rendered again\n"
+        ))?;
+        problems.iter().try_for_each(|problem| output::print(&format!("{problem}\n")))?;
+    }
+    if !problems.is_empty() {
+        bail!("the database is damaged; restore a backup");
+    }
+    Ok(())
+}

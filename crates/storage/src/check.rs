@@ -1,0 +1,120 @@
+//! Check of a whole database: its pages, references between rows, and genomes against their hashes.
+
+use brood_genome::{Genome, GenomeHash};
+use sqlx::{Row as _, SqliteConnection};
+
+use crate::error::Result;
+use crate::genome;
+use crate::row::{Columns, Key};
+use crate::{StorageError, Store, StoredGenome};
+
+/// Number of genomes that are read together.
+const BATCH: i64 = 256;
+/// Largest number of problems of each kind that are listed.
+const PROBLEMS: usize = 20;
+
+/// Result of [`Store::check`].
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct CheckedStore {
+    /// Number of genomes that were read.
+    pub genomes: u64,
+    /// Damage in words; at most 20 problems of each kind.
+    pub problems: Vec<String>,
+}
+
+impl Store {
+    /// Checks the whole database: structure, references, and every genome against its hash. Reads
+    /// only, in a snapshot, also while a server writes. Calls `read` with the number of genomes so
+    /// far.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the file cannot be read. Damage is not an error, it is listed.
+    pub async fn check(&self, read: impl Fn(u64)) -> Result<CheckedStore> {
+        let mut conn = self.snapshot().await?;
+        let mut problems = structure(&mut conn).await?;
+        problems.extend(references(&mut conn).await?);
+        let mut checked = CheckedStore { genomes: 0, problems };
+        let mut damaged = Vec::new();
+        let mut last = Vec::new();
+        loop {
+            let next = "SELECT hash FROM genome WHERE hash > ? ORDER BY hash LIMIT ?";
+            let rows = sqlx::query(next).bind(&last).bind(BATCH).fetch_all(&mut *conn).await?;
+            let hashes = rows.iter().map(|row| Columns::column(row, "hash"));
+            let hashes: Vec<GenomeHash> = hashes.collect::<Result<_>>()?;
+            let Some(end) = hashes.last() else { break };
+            checked.genomes += hashes.len() as u64;
+            damaged.extend(damaged_genomes(&mut conn, &hashes).await?);
+            read(checked.genomes);
+            last = end.key().to_vec();
+        }
+        let more = damaged.len().saturating_sub(PROBLEMS);
+        checked.problems.extend(damaged.drain(..damaged.len().min(PROBLEMS)));
+        if more > 0 {
+            checked.problems.push(format!("{more} more genomes are damaged"));
+        }
+        Ok(checked)
+    }
+}
+
+/// Problems of pages, indexes and constraints.
+async fn structure(conn: &mut SqliteConnection) -> Result<Vec<String>> {
+    let rows = sqlx::query("PRAGMA integrity_check(20)").fetch_all(conn).await?;
+    let words = rows.iter().map(|row| Ok(row.try_get::<String, _>(0)?));
+    let words = words.collect::<Result<Vec<_>>>()?;
+    Ok(if words == ["ok"] { Vec::new() } else { words })
+}
+
+/// Rows that refer to missing rows.
+async fn references(conn: &mut SqliteConnection) -> Result<Vec<String>> {
+    let rows = sqlx::query(
+        "SELECT \"table\", parent, count(*) FROM pragma_foreign_key_check
+         GROUP BY \"table\", parent",
+    )
+    .fetch_all(conn)
+    .await?;
+    let words = rows.iter().map(|row| {
+        let (table, parent): (String, String) = (row.try_get(0)?, row.try_get(1)?);
+        let count: i64 = row.try_get(2)?;
+        Ok(format!("{count} rows of {table} refer to a missing row of {parent}"))
+    });
+    words.collect()
+}
+
+/// Problems of genomes. They are read one by one if one of them is damaged.
+async fn damaged_genomes(
+    conn: &mut SqliteConnection,
+    hashes: &[GenomeHash],
+) -> Result<Vec<String>> {
+    match genome::read(conn, hashes).await {
+        Ok(found) => Ok(found.into_iter().filter_map(not_a_genome).collect()),
+        // It, or one that it is packed against.
+        Err(StorageError::Corrupt(_)) if hashes.len() == 1 => Ok(vec![is_damaged(hashes[0])]),
+        Err(StorageError::Corrupt(_)) => {
+            let mut problems = Vec::new();
+            for hash in hashes {
+                problems.extend(Box::pin(damaged_genomes(conn, &[*hash])).await?);
+            }
+            Ok(problems)
+        }
+        Err(error) => Err(error),
+    }
+}
+
+/// Returns why a stored genome is none, if so.
+fn not_a_genome((hash, stored): (GenomeHash, StoredGenome)) -> Option<String> {
+    let genome = match stored {
+        StoredGenome::Bytes(bytes) => {
+            Genome::from_canonical_bytes(&bytes).map_err(|error| error.to_string())
+        }
+        StoredGenome::Text(text) => text.parse::<Genome>().map_err(|error| error.to_string()),
+    };
+    match genome {
+        Ok(genome) if genome.hash() == hash => None,
+        Ok(_) => Some(is_damaged(hash)),
+        Err(error) => Some(format!("genome {hash} cannot be read: {error}")),
+    }
+}
+
+fn is_damaged(hash: GenomeHash) -> String {
+    format!("genome {hash} is damaged")
+}
