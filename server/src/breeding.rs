@@ -11,7 +11,7 @@ use brood_eval::{diverse_brood, express_brood, steered_brood};
 use brood_genome::{Dialect, Genome, Start, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
 use brood_protocol::{
-    Adopt, Backend, Breed, BreedOptions, Curation, IndividualId, Lineage, ParentRef, Seed,
+    Adopt, Backend, Breed, BreedOptions, Curation, IndividualId, Lineage, ParentRef, Queue, Seed,
 };
 use brood_storage::{SearchStep, StorageError, Store, StoredIndividual};
 use metrics::Histogram;
@@ -25,6 +25,9 @@ use crate::limit;
 use crate::problem::ApiError;
 use crate::processors::Processors;
 use crate::server_timing::ServerTiming;
+
+/// Number of children above which a brood is made at low priority.
+const LARGE_BROOD: u32 = 32;
 
 /// Maker of broods: reads the parents and draws the children. Stores nothing.
 pub struct Breeding {
@@ -225,7 +228,9 @@ impl Breeding {
             });
         }
         timing.end("read");
-        let children = self.processors.run(move || inputs.children()).await?;
+        // Large broods do not keep others waiting.
+        let queue = if count > LARGE_BROOD { Queue::Batch } else { Queue::Interactive };
+        let children = self.processors.run_from(queue, move || inputs.children()).await?;
         self.seconds.record(timing.end("make").as_secs_f64());
         let centre = parents.into_iter().next().and_then(Parent::centre);
         Ok(Brood { framed, seed, parents: refs, centre, operator, options, children, step: None })

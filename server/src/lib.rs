@@ -20,6 +20,7 @@ mod access;
 mod answer;
 mod breeding;
 mod bundle;
+mod client;
 mod clock;
 mod config;
 mod connection;

@@ -127,6 +127,8 @@ pub const LINGER: Duration = Duration::from_secs(2);
 pub const WAIT: Duration = Duration::from_secs(20);
 /// Time to live of a lease without renewal.
 pub const LEASE: Duration = Duration::from_secs(20);
+/// Time to live of the lease of a render job, for which a person may wait.
+pub const RENDER_LEASE: Duration = Duration::from_secs(5);
 /// Longest wait of a worker for a lease.
 pub const LEASE_WAIT: Duration = Duration::from_secs(20);
 /// Time for running requests at shutdown.
@@ -219,6 +221,7 @@ pub fn report() -> BTreeMap<String, u64> {
         ("idle_seconds", seconds(IDLE)),
         ("wait_seconds", seconds(WAIT)),
         ("lease_seconds", seconds(LEASE)),
+        ("render_lease_seconds", seconds(RENDER_LEASE)),
     ]
     .into_iter()
     .map(|(name, value)| (name.to_owned(), value))

@@ -15,6 +15,7 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt;
 
+use crate::client::Peer;
 use crate::connection::{DeadlineStream, GRACE, Requests};
 use crate::limit;
 use crate::open_connections::OpenConnections;
@@ -29,8 +30,8 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
             () = stopping.cancelled() => break,
             accepted = listener.accept() => accepted,
         };
-        let stream = match accepted {
-            Ok((stream, _)) => stream,
+        let (stream, peer) = match accepted {
+            Ok(accepted) => accepted,
             Err(error) => {
                 // Out of file descriptors, or the client has disconnected: neither ends the server.
                 tracing::warn!(%error, "cannot accept a connection");
@@ -44,7 +45,8 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
             () = stopping.cancelled() => break,
             place = open.place(requests.clone()) => place,
         };
-        let connection = drive(stream, requests, router.clone(), graceful.watcher());
+        let peer = Peer(peer.ip());
+        let connection = drive((stream, peer), requests, router.clone(), graceful.watcher());
         let abandoned = abandoned.clone();
         connections.spawn(async move {
             let cut = place.cut();
@@ -61,13 +63,19 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
     connections.wait().await;
 }
 
-async fn drive(stream: TcpStream, requests: Arc<Requests>, router: Router, watcher: Watcher) {
+async fn drive(
+    (stream, peer): (TcpStream, Peer),
+    requests: Arc<Requests>,
+    router: Router,
+    watcher: Watcher,
+) {
     if let Err(error) = stream.set_nodelay(true) {
         tracing::debug!(%error, "the connection was already closed");
         return;
     }
     let io = TokioIo::new(DeadlineStream::new(stream, requests.clone()));
-    let service = hyper::service::service_fn(move |request: hyper::Request<Incoming>| {
+    let service = hyper::service::service_fn(move |mut request: hyper::Request<Incoming>| {
+        request.extensions_mut().insert(peer);
         let (router, running) = (router.clone(), requests.begin());
         async move {
             let response = router.oneshot(request.map(Body::new)).await;

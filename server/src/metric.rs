@@ -80,6 +80,8 @@ pub struct Metrics {
     pub recalled: Counter,
     /// Pictures of broods that were already cached or being rendered.
     pub skipped: Counter,
+    /// Render jobs that ended because no client waited for their pictures any more.
+    pub abandoned: Counter,
     /// Pictures of broods that are equal to another of the same brood.
     pub shared: Counter,
     /// Generations reported by searches.
@@ -122,6 +124,10 @@ impl Metrics {
             skipped: counter(
                 "brood_pictures_skipped_total",
                 "Pictures of broods that were already cached or being rendered",
+            ),
+            abandoned: counter(
+                "brood_jobs_abandoned_total",
+                "Render jobs that ended because no client waited for their pictures any more",
             ),
             shared: counter(
                 "brood_pictures_shared_total",

@@ -19,7 +19,8 @@ use crate::breeding::Breeding;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
 use crate::dispatch::{
-    Admission, Exports, History, Jobs, LeaseEnd, PictureService, Searches, Workers, end_leases,
+    Admission, Exports, History, Jobs, Lane, LeaseEnd, PictureService, Searches, Turns, Workers,
+    end_leases,
 };
 use crate::error::ServerError;
 use crate::event::Events;
@@ -106,7 +107,10 @@ impl Server {
             library: library.clone(),
             cache,
             batches: Coalescer::new(),
-            jobs: Jobs::new(&tasks, &stopping),
+            jobs: Jobs::new(limit::RENDER_LEASE, &tasks, &stopping),
+            interactive: Lane::default(),
+            batch: Lane::default(),
+            turns: Turns::default(),
             history: History::new(),
             events: events.clone(),
             metrics: metrics.clone(),
@@ -120,7 +124,8 @@ impl Server {
         });
         let searches = Arc::new(Searches {
             store: store.clone(),
-            jobs: Jobs::new(&tasks, &stopping),
+            jobs: Jobs::new(limit::LEASE, &tasks, &stopping),
+            lane: Lane::default(),
             breeding: breeding.clone(),
             pictures: pictures.clone(),
             ledger: ledger.clone(),
@@ -129,7 +134,8 @@ impl Server {
         });
         let exports = Arc::new(Exports {
             store: store.clone(),
-            jobs: Jobs::new(&tasks, &stopping),
+            jobs: Jobs::new(limit::LEASE, &tasks, &stopping),
+            lane: Lane::default(),
             library: library.clone(),
             folder,
             events: events.clone(),

@@ -95,30 +95,3 @@ async fn lineages_are_listed_with_the_picture_of_a_favourite_or_of_the_newest_ce
     server.get(&text_of(&url)).await.expect(200).picture();
     assert!(cover(&empty.id).await.is_null());
 }
-
-#[tokio::test(flavor = "multi_thread")]
-async fn pictures_are_not_rendered_when_their_clients_have_gone() {
-    let server = TestServer::start();
-    let lineage = TestLineage::new(&server).await;
-    let id = lineage.random_child(4).await;
-    let queued = async || {
-        let text = server.get("/metrics").await.expect(200).text();
-        let line = "brood_jobs{queue=\"interactive\",state=\"queued\"} ";
-        let value = text.lines().find_map(|text| text.strip_prefix(line)).unwrap();
-        value.parse::<u64>().unwrap()
-    };
-    let mut asked = 0;
-    for size in 1500..1524 {
-        let path = format!("/v1/individuals/{id}/render.png?size={size}&samples=4");
-        let request = server.send(server.request(reqwest::Method::GET, &path));
-        let gone = tokio::time::timeout(std::time::Duration::from_millis(40), request).await;
-        asked += u64::from(gone.is_err());
-    }
-    while queued().await > 0 {
-        tokio::time::sleep(std::time::Duration::from_millis(50)).await;
-    }
-    let rendered = server.metric("brood_pictures_rendered_total").await;
-    println!("{asked} clients left, {rendered} pictures were rendered");
-    // The brood's own pictures, and one or two that a worker had begun.
-    assert!(asked > 20 && rendered < 21 + asked / 2, "{asked} {rendered}");
-}

@@ -22,6 +22,7 @@ mod event;
 mod evolve;
 mod export;
 mod export_job;
+mod fair;
 mod far;
 mod fit;
 mod fit_image;

@@ -73,6 +73,7 @@ pub(crate) fn banded_images<T: Send>(
     let mut parts: Vec<Vec<RadianceImage>> = programs.iter().map(|_| Vec::new()).collect();
     let (mut lone, mut samples) = (Vec::new(), 0);
     for band in bands(lit, lobes) {
+        caches.check()?;
         let raster = Raster { size_px, sampling: Sampling::Adaptive, area: band };
         let set = caches.counters.timed(
             || view.render_direct(raster, lobes),
@@ -144,6 +145,7 @@ impl Batch<'_> {
         let Shot { view, frame, .. } = self.shot;
         let together = (BAND_SAMPLES / (usize::from(rays) * self.lobes.samples())).max(1);
         for pixels in all.chunks(together) {
+            self.caches.check()?;
             let places: Vec<(u32, u32)> = pixels.iter().map(|pixel| self.place(*pixel)).collect();
             let fine = view.render_pixels((frame.size_px, rays), &places, Some(self.lobes));
             let batch = (programs, exposed, &mut pictures).into_par_iter();

@@ -3,7 +3,7 @@
 //! Everything here is derived and bounded. Dropping an entry costs time and changes no result.
 
 use std::convert::Infallible;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use brood_eval::{GatheredLight, Surroundings, shade_prefiltered};
 use brood_mesh::{BuiltinMesh, Mesh};
@@ -13,6 +13,7 @@ use brood_scene::{
     LobeTable, PictureSize, PixelArea, PrefilteredLight, SampleSet, Sampling, SphereLayout,
 };
 use moka::sync::Cache;
+use tokio_util::sync::CancellationToken;
 
 use crate::bounded_cache::BoundedCache;
 use crate::error::RenderError;
@@ -33,6 +34,7 @@ pub(crate) struct Caches {
     builtin: Cache<BuiltinMesh, Arc<LoadedMesh>>,
     entries: BoundedCache,
     pub(crate) counters: RenderCounters,
+    cancelled: Mutex<CancellationToken>,
 }
 
 impl Caches {
@@ -43,7 +45,20 @@ impl Caches {
             builtin: Cache::new(BuiltinMesh::ALL.len() as u64 + 2),
             entries,
             counters: RenderCounters::default(),
+            cancelled: Mutex::default(),
         }
+    }
+
+    /// Sets the token of the current job. Once it is cancelled, rendering ends with
+    /// [`RenderError::Cancelled`].
+    pub(crate) fn set_cancelled(&self, cancelled: CancellationToken) {
+        *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner) = cancelled;
+    }
+
+    /// Error if the current job is cancelled.
+    pub(crate) fn check(&self) -> Result<(), RenderError> {
+        let cancelled = self.cancelled.lock().unwrap_or_else(PoisonError::into_inner);
+        if cancelled.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
     }
 
     pub(crate) fn builtin(&self, name: BuiltinMesh) -> Arc<LoadedMesh> {

@@ -55,6 +55,9 @@ pub enum RenderError {
     /// The target's file cannot be read.
     #[error("cannot read the target: {0}")]
     Target(String),
+    /// The job was cancelled: its pictures are no longer wanted.
+    #[error("the job was cancelled")]
+    Cancelled,
     /// The subject does not exist.
     #[error("{0}")]
     Missing(String),

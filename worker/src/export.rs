@@ -12,7 +12,8 @@ use brood_protocol::{
 use tokio_util::sync::CancellationToken;
 
 use crate::lease::{
-    Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, run_jobs, send_with_retry,
+    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, run_jobs,
+    send_with_retry,
 };
 
 /// Name of the format that is the genome as text.
@@ -43,8 +44,12 @@ struct ExportContext {
 
 impl JobKind for ExportContext {
     const NAME: &'static str = "export";
-    const CONCURRENT: usize = 1;
+    const HEARTBEAT: Duration = HEARTBEAT;
     type Request = ExportRequest;
+
+    fn concurrent(&self) -> usize {
+        1
+    }
 
     fn request(&self, worker: &str, wait_ms: u32) -> ExportRequest {
         ExportRequest { worker: worker.to_owned(), wait_ms }
@@ -55,7 +60,7 @@ impl JobKind for ExportContext {
         let ttl = Duration::from_millis(grant.ttl_ms.into());
         let ended = tokio::select! {
             ended = self.export(grant) => ended,
-            () = renew_lease(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
+            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
             () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
         };
         let sent = match ended {

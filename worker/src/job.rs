@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use brood_light::{AssetRef, LightAssets};
 use brood_protocol::{
-    ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, RenderJob,
-    RenderOutcome, TargetSource, WorkerClient,
+    ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, Queue,
+    RenderJob, RenderOutcome, TargetSource, WorkerClient,
 };
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
@@ -23,6 +23,7 @@ use crate::target_cache::LoadedTarget;
 #[derive(Clone)]
 pub(crate) struct RenderContext {
     pub(crate) client: WorkerClient,
+    pub(crate) queue: Queue,
     pub(crate) renderer: Arc<Renderer>,
     pub(crate) requests: mpsc::Sender<RenderRequest>,
     pub(crate) asset_cache: LightAssetCache,
@@ -31,12 +32,21 @@ pub(crate) struct RenderContext {
 
 impl JobKind for RenderContext {
     const NAME: &'static str = "render";
-    /// One job renders while the next is downloaded and waits.
-    const CONCURRENT: usize = 2;
+    /// Short, because a job may be long and no longer wanted.
+    const HEARTBEAT: Duration = Duration::from_millis(500);
     type Request = LeaseRequest;
 
+    /// One interactive job renders while the next is downloaded and waits.
+    fn concurrent(&self) -> usize {
+        match self.queue {
+            Queue::Interactive => 2,
+            Queue::Batch => 1,
+        }
+    }
+
     fn request(&self, worker: &str, wait_ms: u32) -> LeaseRequest {
-        LeaseRequest { worker: worker.to_owned(), report: self.renderer.worker_report(), wait_ms }
+        let report = self.renderer.worker_report();
+        LeaseRequest { worker: worker.to_owned(), queue: self.queue, report, wait_ms }
     }
 
     async fn run(self, grant: LeaseGrant) {
@@ -45,7 +55,7 @@ impl JobKind for RenderContext {
         let pictures = work.items.len();
         let outcome = tokio::select! {
             outcome = self.render(work) => outcome,
-            () = renew_lease(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
+            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
             () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
         };
         let outcome = match outcome {
@@ -72,7 +82,7 @@ impl JobKind for RenderContext {
         let submit = || self.client.results(&results);
         let sent = tokio::select! {
             sent = send_with_retry(policy, (job, "submit results"), &self.shutdown, submit) => sent,
-            () = renew_lease(&self.client, &ticket, ttl) => Err(ClientError::Stale),
+            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(ClientError::Stale),
         };
         match sent {
             Ok(()) => tracing::debug!(%job, pictures, "results submitted"),
@@ -104,8 +114,11 @@ impl RenderContext {
         let objects = self.objects(&work).await?;
         self.add_control_images(&work, &mut assets).await?;
         let (reply, done) = oneshot::channel();
+        let cancelled = CancellationToken::new();
+        // Dropped with this future if the lease is lost.
+        let _cancel = cancelled.clone().drop_guard();
         let closed = || Interrupted::Release("the render thread has ended".to_owned());
-        let request = RenderRequest { work, targets, mesh, objects, assets, reply };
+        let request = RenderRequest { work, targets, mesh, objects, assets, cancelled, reply };
         self.requests.send(request).await.map_err(|_| closed())?;
         done.await.map_err(|_| closed())
     }

@@ -15,7 +15,8 @@ use crate::backoff::Backoff;
 /// Number of consecutive failures after which a warning is logged.
 const WARN_AFTER_FAILURES: u32 = 3;
 const LONG_POLL: Duration = Duration::from_secs(20);
-const HEARTBEAT: Duration = Duration::from_secs(5);
+/// Interval of the renewals of long jobs.
+pub(crate) const HEARTBEAT: Duration = Duration::from_secs(5);
 /// Time for returning leases at shutdown. Leases not returned by then expire.
 const SHUTDOWN_GRACE: Duration = Duration::from_secs(3);
 
@@ -63,10 +64,13 @@ impl Interrupted {
 pub(crate) trait JobKind: Clone + Send + Sync + 'static {
     /// Name in logs.
     const NAME: &'static str;
-    /// Number of concurrent jobs of a worker.
-    const CONCURRENT: usize;
+    /// Interval of the renewals of a lease. The server answers that a job is no longer wanted.
+    const HEARTBEAT: Duration;
     /// Request for a job.
     type Request: ClaimRequest;
+
+    /// Number of concurrent jobs of a worker.
+    fn concurrent(&self) -> usize;
 
     /// Returns a request for a job, which the server may answer after this time.
     fn request(&self, worker: &str, wait_ms: u32) -> Self::Request;
@@ -110,7 +114,7 @@ async fn claim<K: JobKind>(
     kind: K,
     jobs: &mut JoinSet<()>,
 ) -> Result<(), WorkerError> {
-    let slots = Arc::new(Semaphore::new(K::CONCURRENT));
+    let slots = Arc::new(Semaphore::new(kind.concurrent()));
     let wait_ms = u32::try_from(LONG_POLL.as_millis()).expect("seconds");
     let mut backoff = Backoff::default();
     tracing::info!(server = client.server(), worker, kind = K::NAME, "requesting jobs");
@@ -147,9 +151,13 @@ async fn claim<K: JobKind>(
     }
 }
 
-/// Renews a lease periodically. Returns only if the lease is lost.
-pub(crate) async fn renew_lease<T: Ticket>(client: &WorkerClient, ticket: &T, ttl: Duration) {
-    let period = HEARTBEAT.min(ttl / 4).max(Duration::from_millis(50));
+/// Renews a lease of a kind of job periodically. Returns only if the lease is lost.
+pub(crate) async fn renew_lease<K: JobKind, T: Ticket>(
+    client: &WorkerClient,
+    ticket: &T,
+    ttl: Duration,
+) {
+    let period = K::HEARTBEAT.min(ttl / 4).max(Duration::from_millis(50));
     loop {
         tokio::time::sleep(period).await;
         match client.heartbeat(ticket).await {

@@ -64,12 +64,14 @@ impl Renderer {
             by_images.entry(programs[at].images()).or_default().push(at);
         }
         for together in by_images.into_values() {
+            self.caches.check()?;
             let own: Vec<&Program> = together.iter().map(|at| programs[*at]).collect();
             let set = self.points_for(shot, own[0])?;
             let images = self.images_on((&set, 0.0), shot.frame.backend, &own, &finish)?;
             together.into_iter().zip(images).for_each(|(at, image)| done[at] = Some(image));
         }
         for at in clear {
+            self.caches.check()?;
             let (set, own) = (self.points_for(shot, programs[at])?, &programs[at..=at]);
             done[at] = self.images_on((&set, 0.0), shot.frame.backend, own, &finish)?.pop();
         }

@@ -29,6 +29,7 @@ impl Renderer {
         for programs in programs.chunks(together) {
             let reflected = self.reflected(shot, programs)?;
             for (program, (reflected, gain)) in programs.iter().zip(reflected) {
+                self.caches.check()?;
                 let points = self.points_for(shot, program)?;
                 let set = (&reflected.on(&points), gain.ev);
                 done.extend(self.images_on(set, shot.frame.backend, &[program], &finish)?);

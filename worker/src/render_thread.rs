@@ -11,9 +11,11 @@ use std::time::Instant;
 use brood_genome::Input;
 use brood_light::LightAssets;
 use brood_protocol::{
-    RENDERER_VERSION, RenderItem, RenderJob, RenderOutcome, RenderStats, RenderedPicture,
+    Queue, RENDERER_VERSION, RenderItem, RenderJob, RenderOutcome, RenderStats, RenderedPicture,
+    lower_thread_priority,
 };
 use tokio::sync::{mpsc, oneshot};
+use tokio_util::sync::CancellationToken;
 
 use crate::error::RenderError;
 use crate::renderer::Renderer;
@@ -30,27 +32,43 @@ pub(crate) struct RenderRequest {
     /// Uploaded meshes of the scene's other objects.
     pub(crate) objects: Vec<Arc<LoadedMesh>>,
     pub(crate) assets: LightAssets,
+    /// Cancelled if the lease was lost.
+    pub(crate) cancelled: CancellationToken,
     /// Channel for the outcome; closed if the lease was lost.
     pub(crate) reply: oneshot::Sender<RenderOutcome>,
 }
 
-/// Starts the thread. It ends when all senders are dropped.
+/// Starts the thread for jobs of a queue; batch jobs have a low priority. It ends when all senders
+/// are dropped.
 pub(crate) fn start(
     renderer: Arc<Renderer>,
+    queue: Queue,
     threads: Option<NonZeroUsize>,
 ) -> Result<mpsc::Sender<RenderRequest>, std::io::Error> {
+    let lower = move || {
+        if queue == Queue::Batch {
+            lower_thread_priority();
+        }
+    };
+    let name = match queue {
+        Queue::Interactive => "render",
+        Queue::Batch => "batch",
+    };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads.map_or(0, usize::from))
-        .thread_name(|index| format!("render-{index}"))
+        .thread_name(move |index| format!("{name}-{index}"))
+        .start_handler(move |_| lower())
         .build()
         .map_err(std::io::Error::other)?;
     let (sender, mut requests) = mpsc::channel::<RenderRequest>(1);
-    std::thread::Builder::new().name("render".to_owned()).spawn(move || {
+    std::thread::Builder::new().name(name.to_owned()).spawn(move || {
+        lower();
         while let Some(request) = requests.blocking_recv() {
             if request.reply.is_closed() {
                 continue;
             }
-            let RenderRequest { work, targets, mesh, objects, assets, reply } = request;
+            let RenderRequest { work, targets, mesh, objects, assets, cancelled, reply } = request;
+            renderer.caches.set_cancelled(cancelled);
             renderer.set_light_assets(assets);
             renderer.set_object_meshes(objects);
             let outcome = pool.install(|| execute(&renderer, &work, targets, &mesh));

@@ -29,7 +29,7 @@ const DEFAULT_CACHE_BYTES: u64 = 256 << 20;
 
 /// Renders frames with one choice of evaluator, and caches meshes, sample sets and programs.
 pub struct Renderer {
-    pub(crate) evaluators: Evaluators,
+    pub(crate) evaluators: Arc<Evaluators>,
     pub(crate) caches: Caches,
     pub(crate) targets: TargetCache,
     entries: BoundedCache,
@@ -50,9 +50,19 @@ impl Renderer {
     /// Creates a renderer whose derived data take at most `cache_bytes`.
     #[must_use]
     pub fn with_cache(backend: Backend, cache_bytes: u64) -> Self {
+        Self::on(Arc::new(Evaluators::new(backend)), cache_bytes)
+    }
+
+    /// Creates a renderer with these evaluators, for other frames at the same time.
+    #[must_use]
+    pub(crate) fn beside(&self, cache_bytes: u64) -> Self {
+        Self::on(self.evaluators.clone(), cache_bytes)
+    }
+
+    fn on(evaluators: Arc<Evaluators>, cache_bytes: u64) -> Self {
         let entries = BoundedCache::new(cache_bytes);
         Self {
-            evaluators: Evaluators::new(backend),
+            evaluators,
             caches: Caches::new(entries.clone()),
             targets: TargetCache::new(entries.clone()),
             entries,
@@ -275,8 +285,9 @@ impl Renderer {
         let prefilters = shot.frame.sampling == Sampling::Adaptive && scene.is_prefilterable();
         let method = |program: &Program| Method::of(program, prefilters);
         let mut done: Vec<Option<T>> = programs.iter().map(|_| None).collect();
-        let tools = (&self.caches, &self.evaluators);
+        let tools = (&self.caches, &*self.evaluators);
         for own_method in Method::ALL {
+            self.caches.check()?;
             let pairs = programs.iter().enumerate();
             let own = pairs.filter(|(_, program)| method(program) == own_method);
             let (places, own): (Vec<usize>, Vec<&Program>) = own.unzip();
@@ -394,6 +405,7 @@ impl Renderer {
         let mut out = std::mem::take(&mut *self.buffer());
         let mut done = Vec::with_capacity(programs.len());
         for (number, programs) in programs.chunks(batch).enumerate() {
+            self.caches.check()?;
             let counters = &self.caches.counters;
             counters.timed(
                 || self.evaluators.eval(frame.backend, programs, set, &mut out),
@@ -408,8 +420,9 @@ impl Renderer {
                 .par_iter()
                 .enumerate()
                 .map(|(index, program)| {
+                    self.caches.check()?;
                     let f = &out[index * floats..(index + 1) * floats];
-                    let (caches, evaluators) = (&self.caches, &self.evaluators);
+                    let (caches, evaluators) = (&self.caches, &*self.evaluators);
                     let tiles = &tiles;
                     let refiner = Refiner { caches, evaluators, view, frame, program, tiles };
                     finish(number * batch + index, program, f, refiner)

@@ -15,7 +15,8 @@ use moka::sync::Cache;
 use tokio_util::sync::CancellationToken;
 
 use crate::lease::{
-    Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, run_jobs, send_with_retry,
+    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, run_jobs,
+    send_with_retry,
 };
 use crate::search_run::{SearchRun, StepBatch};
 use crate::search_target::SearchTarget;
@@ -69,8 +70,12 @@ struct SearchContext {
 impl JobKind for SearchContext {
     const NAME: &'static str = "search";
     /// Other searches wait for a time slice.
-    const CONCURRENT: usize = 4;
+    const HEARTBEAT: Duration = HEARTBEAT;
     type Request = SearchRequest;
+
+    fn concurrent(&self) -> usize {
+        4
+    }
 
     fn request(&self, worker: &str, wait_ms: u32) -> SearchRequest {
         SearchRequest { worker: worker.to_owned(), wait_ms }
@@ -82,7 +87,7 @@ impl JobKind for SearchContext {
         let stop = Arc::new(AtomicBool::new(false));
         let ended = tokio::select! {
             ended = self.search(grant, &stop) => ended,
-            () = renew_lease(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
+            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
             () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
         };
         // A computation that is still running checks this flag after each generation.

@@ -13,18 +13,29 @@ use crate::{
 
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
-/// Prefix of every message; the digit is the protocol version.
-const MAGIC: &[u8; 8] = b"brood/9\n";
+/// Prefix of every message; the digit is the protocol version, in base 36.
+const MAGIC: &[u8; 8] = b"brood/a\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/9")]
+    #[error("the message must begin with the protocol version brood/a")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
     Malformed(String),
+}
+
+brood_brdf::named_enum! {
+    /// Queue of a render job. Workers serve both at once, the second at a low priority.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+    pub enum Queue {
+        /// Pictures that a person waits for: short jobs.
+        Interactive => "interactive",
+        /// Long jobs, and pictures of large broods.
+        Batch => "batch",
+    }
 }
 
 /// Request for a render job.
@@ -32,6 +43,8 @@ pub enum WireError {
 pub struct LeaseRequest {
     /// Name of the worker, for logs and `/v1/system`.
     pub worker: String,
+    /// Queue of the job.
+    pub queue: Queue,
     /// Capabilities of the worker.
     pub report: WorkerReport,
     /// Longest time that the server may delay its answer if the queue is empty, in milliseconds.
@@ -337,7 +350,8 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
 /// # Errors
 /// As for [`decode`].
 pub fn decode_stored<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
-    let [b'b', b'r', b'o', b'o', b'd', b'/', b'0'..=b'9', b'\n', body @ ..] = bytes else {
+    let [b'b', b'r', b'o', b'o', b'd', b'/', b'0'..=b'9' | b'a'..=b'z', b'\n', body @ ..] = bytes
+    else {
         return Err(WireError::Version);
     };
     decode_body(body)

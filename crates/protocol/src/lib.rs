@@ -33,6 +33,7 @@ mod mesh;
 mod page;
 mod painted;
 mod picture;
+mod priority;
 mod problem;
 mod random;
 mod render_stats;
@@ -63,8 +64,8 @@ pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
 pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource,
-    ObjectSource, PackedProgram, RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError,
-    WorkerReport, decode, decode_stored, encode,
+    ObjectSource, PackedProgram, Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture,
+    WireError, WorkerReport, decode, decode_stored, encode,
 };
 pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};
@@ -72,6 +73,7 @@ pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;
 pub use painted::{PaintedError, check_painted_defaults};
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
+pub use priority::lower_thread_priority;
 pub use problem::Problem;
 pub use random::{random_bytes, random_token};
 pub use render_stats::RenderStats;

@@ -3,7 +3,6 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use brood_protocol::{
     BreedOptions, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
@@ -162,9 +161,6 @@ impl Store {
         &self,
         new: NewGeneration,
     ) -> Result<(StoredGeneration, CommitTimes), StorageError> {
-        if new.job.as_ref().is_some_and(|job| job.leased_to.is_some()) {
-            self.claims().fetch_add(1, Ordering::Relaxed);
-        }
         self.write_timed(operation!(|conn| insert(conn, new).await)).await
     }
 

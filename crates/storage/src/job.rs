@@ -7,9 +7,8 @@
 //! generation.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::Ordering;
 
-use brood_protocol::JobId;
+use brood_protocol::{JobId, Queue};
 use sqlx::SqliteConnection;
 
 use crate::error::{LEASE_ENDED, Result, changed};
@@ -17,24 +16,10 @@ use crate::row::{Columns, Key, Record, columns, record, returning, select, signe
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
-/// One claim in this many tries the batch queue first, so that it is not starved by interactive
-/// jobs.
-const BATCH_INTERVAL: u64 = 8;
 /// A job is marked dead after this many workers died while running it.
 const MAX_DEATHS: i64 = 3;
 /// Number of failed and dead jobs that are kept for inspection.
 const MAX_KEPT_FAILURES: i64 = 100;
-
-brood_genome::named_enum! {
-    /// Queue of a job; it decides the priority.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-    pub enum Queue {
-        /// A person is waiting.
-        Interactive => "interactive",
-        /// A script or a search is waiting.
-        Batch => "batch",
-    }
-}
 
 brood_genome::named_enum! {
     /// State of a job. Completed render jobs are deleted.
@@ -52,7 +37,7 @@ brood_genome::named_enum! {
 }
 
 columns! {
-    String => JobState, Queue: |name| Self::from_name(&name);
+    String => JobState: |name| Self::from_name(&name);
 }
 
 /// Epoch of a job's first lease.
@@ -61,10 +46,12 @@ pub const FIRST_EPOCH: u64 = 1;
 /// Job to be enqueued.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NewJob {
-    /// Id of the job. Within a queue, jobs are claimed in the order of their ids.
+    /// Id of the job.
     pub id: JobId,
     /// Queue of the job.
     pub queue: Queue,
+    /// Place in its queue. Jobs are claimed in this order, jobs of one turn in that of their ids.
+    pub turn: u64,
     /// Worker that gets the job immediately, with [`FIRST_EPOCH`]; `None` to enqueue it.
     pub leased_to: Option<String>,
     /// Payload; its format is the caller's.
@@ -81,6 +68,8 @@ record! {
         pub id: JobId,
         /// Epoch of this lease. Every later transition must name it.
         pub epoch: u64,
+        /// Place that it had in its queue.
+        pub turn: u64,
         /// Creation time, in milliseconds since 1970-01-01 UTC.
         pub created_ms: i64,
         /// Payload.
@@ -132,7 +121,8 @@ impl QueueDepth {
 
 /// Leases the first job of a queue.
 const CLAIM: &str = "UPDATE job SET state = 'leased', epoch = epoch + 1, worker = ?1
-    WHERE id = (SELECT id FROM job WHERE state = 'queued' AND queue = ?2 ORDER BY id LIMIT 1)";
+    WHERE id = (SELECT id FROM job WHERE state = 'queued' AND queue = ?2
+                ORDER BY turn, id LIMIT 1)";
 /// Parameters: 1 if the worker died, else 0; limit of deaths; id; epoch.
 const RELEASE: &str = "UPDATE job SET
         deaths = deaths + ?1,
@@ -164,35 +154,17 @@ impl Store {
         .await
     }
 
-    /// Leases the next job. Interactive jobs go first, except that every eighth claim tries the
-    /// batch queue first. Returns `None` if no job is queued.
+    /// Leases the next job of a queue. Returns `None` if none is queued.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
-    pub async fn claim(&self, worker: &str) -> Result<Option<ClaimedJob>> {
+    pub async fn claim(&self, worker: &str, queue: Queue) -> Result<Option<ClaimedJob>> {
         let worker = worker.to_owned();
-        let turn = self.claims().load(Ordering::Relaxed) % BATCH_INTERVAL;
-        let queues = if turn == BATCH_INTERVAL - 1 {
-            [Queue::Batch, Queue::Interactive]
-        } else {
-            [Queue::Interactive, Queue::Batch]
-        };
-        let claimed = self
-            .write_relaxed(operation!(|conn| {
-                for queue in queues {
-                    let query = returning::<ClaimedJob>(CLAIM);
-                    let query = query.bind(worker.as_str()).bind(queue.name());
-                    if let Some(row) = query.fetch_optional(&mut *conn).await? {
-                        return ClaimedJob::read(&row).map(Some);
-                    }
-                }
-                Ok(None)
-            }))
-            .await?;
-        if claimed.is_some() {
-            self.claims().fetch_add(1, Ordering::Relaxed);
-        }
-        Ok(claimed)
+        self.write_relaxed(operation!(|conn| {
+            let query = returning::<ClaimedJob>(CLAIM).bind(worker).bind(queue.name());
+            query.fetch_optional(conn).await?.map(|row| ClaimedJob::read(&row)).transpose()
+        }))
+        .await
     }
 
     /// Completes a leased job and deletes it.
@@ -253,24 +225,27 @@ impl Store {
     }
 
     /// Returns all leased jobs to their queues, at the start of the server, when all leases of the
-    /// previous run are void. Returns the number of jobs.
+    /// previous run are void, and lets the jobs of all clients begin with the same turn. Returns
+    /// the number of jobs that were leased.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
     pub async fn requeue_all_leased(&self) -> Result<u64> {
         self.write_relaxed(operation!(|conn| {
+            sqlx::query("UPDATE job SET turn = 0 WHERE turn > 0").execute(&mut *conn).await?;
             let sql = "UPDATE job SET state = 'queued', worker = NULL WHERE state = 'leased'";
             Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
         }))
         .await
     }
 
-    /// True if a job is queued. Cheaper than a claim, which writes.
+    /// True if a job waits in a queue. Cheaper than a claim, which writes.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn any_queued(&self) -> Result<bool> {
-        let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM job WHERE state = 'queued')");
+    pub async fn any_queued(&self, queue: Queue) -> Result<bool> {
+        let sql = "SELECT EXISTS (SELECT 1 FROM job WHERE state = 'queued' AND queue = ?)";
+        let query = sqlx::query_scalar(sql).bind(queue.name());
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
 
@@ -327,11 +302,12 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, job: &NewJob) -> Result<
         None => (JobState::Queued, 0),
     };
     sqlx::query(
-        "INSERT INTO job (id, kind, queue, state, epoch, worker, created_ms, payload)
-         VALUES (?, 'render', ?, ?, ?, ?, ?, ?)",
+        "INSERT INTO job (id, kind, queue, turn, state, epoch, worker, created_ms, payload)
+         VALUES (?, 'render', ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(job.id.key())
     .bind(job.queue.name())
+    .bind(signed(job.turn))
     .bind(state.name())
     .bind(signed(epoch))
     .bind(job.leased_to.as_deref())

@@ -62,7 +62,7 @@ pub use genome::{NewGenome, StoredGenome};
 pub use idempotency::{Idempotency, IdempotencyLookup};
 pub use import::NewImport;
 pub use individual::StoredIndividual;
-pub use job::{ClaimedJob, FIRST_EPOCH, JobState, NewJob, Queue, QueueDepth, StoredJob};
+pub use job::{ClaimedJob, FIRST_EPOCH, JobState, NewJob, QueueDepth, StoredJob};
 pub use lineage::{InvalidCursor, LineageCursor, LineageFilter};
 pub use mesh::StoredMesh;
 pub use picture::{NewPicture, StoredPicture};

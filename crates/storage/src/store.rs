@@ -2,7 +2,6 @@
 //! The methods for each kind of record are in the other modules.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicU64;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -37,8 +36,6 @@ struct Inner {
     /// Options of the connection that copies the database for [`Store::backup`].
     backup: SqliteConnectOptions,
     sqlite_version: String,
-    /// Number of claims of render jobs granted since the start.
-    claims: AtomicU64,
 }
 
 record! {
@@ -123,8 +120,7 @@ impl Store {
         // VACUUM INTO is refused on a connection with `query_only`.
         let backup = connection::reading(file).pragma("query_only", "OFF");
         let task = Mutex::new(Some(task));
-        let claims = AtomicU64::new(0);
-        let inner = Inner { writer, task, readers, backup, sqlite_version, claims };
+        let inner = Inner { writer, task, readers, backup, sqlite_version };
         Ok(Self { inner: Arc::new(inner) })
     }
 
@@ -203,11 +199,6 @@ impl Store {
     pub async fn counts(&self) -> Result<StoreCounts> {
         let query = select::<StoreCounts>("");
         StoreCounts::read(&query.fetch_one(&mut *self.reader().await?).await?)
-    }
-
-    /// Returns the number of claims granted since the start.
-    pub(crate) fn claims(&self) -> &AtomicU64 {
-        &self.inner.claims
     }
 
     /// Returns a connection for one read.

@@ -18,13 +18,13 @@ use brood_genome::{
 };
 use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
-    Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
+    Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Queue, Sampling, SceneId, Seed,
 };
 use tempfile::TempDir;
 
 use crate::{
-    Idempotency, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, Queue, StorageError,
-    Store, StoredGeneration, StoredGenome,
+    Idempotency, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, StorageError, Store,
+    StoredGeneration, StoredGenome,
 };
 
 async fn open() -> (TempDir, Store) {
@@ -217,6 +217,7 @@ fn job(queue: Queue) -> NewJob {
         leased_to: None,
         id: JobId::fresh(),
         queue,
+        turn: 0,
         payload: b"pixels, please".to_vec(),
         created_ms: 9,
     }

@@ -11,10 +11,10 @@ use std::sync::Arc;
 use brood_genome::Model;
 use brood_program::ProgramHash;
 use brood_protocol::{
-    Generation, GenerationId, IndividualId, JobId, Lineage, PictureKey, RenderJob, encode,
+    Generation, GenerationId, IndividualId, JobId, Lineage, PictureKey, Queue, RenderJob,
 };
 use brood_storage::{
-    CommitTimes, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, Queue, StorageError,
+    CommitTimes, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, StorageError,
     StoredGeneration,
 };
 use futures::poll;
@@ -22,8 +22,9 @@ use http::StatusCode;
 
 use super::{Brood, Newborn};
 use crate::answer::individual;
+use crate::client::Client;
 use crate::clock::now_ms;
-use crate::dispatch::{FrameId, PictureService, WaitingRenderer, queued_job, render_work};
+use crate::dispatch::{FrameId, PictureService, WaitingRenderer, render_work};
 use crate::idempotency::Attempt;
 use crate::library::{Framed, Material};
 use crate::limit;
@@ -105,6 +106,7 @@ impl Brood {
             created_ms,
         };
 
+        let client = Client::current();
         let reserved = service.cache.reserve(materials.iter().map(|(key, ..)| *key));
         let distinct: HashSet<_> = materials.iter().map(|(key, ..)| *key).collect();
         service.metrics.shared.increment((materials.len() - distinct.len()) as u64);
@@ -113,12 +115,12 @@ impl Brood {
         let first = reserved.get(..batch).unwrap_or(&reserved);
         let direct = (!first.is_empty()).then(|| {
             let work = render_work(&framed.frame, items(first, &materials));
-            (JobId::fresh(), work, service.jobs.waiting.next())
+            (JobId::fresh(), work, service.interactive.waiting.next())
         });
         let job = direct.as_ref().map(|(id, work, waiting)| NewJob {
             id: *id,
             leased_to: waiting.as_ref().map(|waiting| waiting.worker.clone()),
-            ..queued_job(Queue::Interactive, encode(work))
+            ..service.job_of(work, Queue::Interactive, client)
         });
         let job_id = job.as_ref().map(|job| job.id);
         let direct = direct.and_then(|(job, work, waiting)| {
@@ -138,7 +140,7 @@ impl Brood {
             search: step,
             idempotency: attempt.record(StatusCode::CREATED, &answer),
         };
-        let reservations = Reservations { service: service.clone(), keys: reserved };
+        let reservations = Reservations { service: service.clone(), keys: reserved, client };
         let birth = Birth { new, direct, answer, framed, materials, reservations, redraws, twins };
         timing.end("prepare");
         // Runs in a separate task: committed changes must be published even if the client
@@ -177,7 +179,7 @@ impl Birth {
         let (born, committed) = write_and_dispatch(&service, new, direct).await?;
         let batch = FrameId::pictures_per_job(&framed.frame).min(reservations.keys.len());
         reservations.keys.drain(..batch);
-        service.jobs.notify.notify_one();
+        service.interactive.notify.notify_one();
         answer.index = born.index;
         service.metrics.breeds.increment(1);
         service.metrics.births.increment(answer.individuals.len() as u64);
@@ -252,6 +254,7 @@ struct DirectDispatch {
 struct Reservations {
     service: Arc<PictureService>,
     keys: Vec<PictureKey>,
+    client: Client,
 }
 
 impl Reservations {
@@ -262,14 +265,14 @@ impl Reservations {
         while !self.keys.is_empty() {
             let batch = FrameId::pictures_per_job(&framed.frame).min(self.keys.len());
             let work = render_work(&framed.frame, items(&self.keys[..batch], materials));
-            let job = queued_job(Queue::Batch, encode(&work));
+            let job = service.job_of(&work, Queue::Batch, self.client);
             if let Err(error) = service.store.enqueue(job, limit::QUEUED_JOBS).await {
                 let pictures = self.keys.len();
                 tracing::warn!(%error, pictures, "the queue is full: the rest of a brood is rendered on request");
                 return;
             }
             self.keys.drain(..batch);
-            service.jobs.notify.notify_one();
+            service.batch.notify.notify_one();
         }
     }
 }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use axum::extract::State;
 use axum::response::Response;
 use brood_eval::{SheetCell, centre_px, decode_png, encode_apng, encode_png};
-use brood_protocol::{GenerationId, IndividualId, LineageId, SceneId};
+use brood_protocol::{GenerationId, IndividualId, LineageId, Queue, SceneId};
 use brood_scene::{EV_MAX, Exposure, Film, Scene};
 use brood_storage::{StoredIndividual, StoredPicture};
 use futures::stream::{self, StreamExt, TryStreamExt};
@@ -17,6 +17,7 @@ use serde::Deserialize;
 
 use super::file::{FileHead, REVALIDATED};
 use super::sheet as contact;
+use crate::dispatch::queue_for;
 use crate::extract::{Path, Query};
 use crate::library::Framing;
 use crate::limit;
@@ -85,6 +86,11 @@ impl CircleQuery {
     }
 }
 
+/// Returns the queue of the work on a circle.
+fn queue_of(circle: CircleOptions) -> Queue {
+    queue_for(u64::from(circle.frames) * u64::from(circle.size_px).pow(2))
+}
+
 /// Returns an animated PNG of an individual, with the light going once around its circle.
 #[utoipa::path(get, path = "/v1/individuals/{id}/render.apng", operation_id = "get_animation", tag = "pictures",
     params(("id" = IndividualId, Path), CircleQuery),
@@ -102,7 +108,8 @@ pub async fn animation(
     let make = async {
         let pictures = pictures(&app, frames, circle.size_px).await?;
         let (size_px, delay_ms) = (circle.size_px, circle.delay_ms);
-        app.processors.run(move || encode_apng(size_px, size_px, &pictures, delay_ms)).await
+        let encode = move || encode_apng(size_px, size_px, &pictures, delay_ms);
+        app.processors.run_from(queue_of(circle), encode).await
     };
     head.made(&headers, make).await
 }
@@ -271,11 +278,13 @@ async fn pictures(
     rows: Vec<Arc<StoredPicture>>,
     size_px: u32,
 ) -> Result<Vec<Vec<u8>>, ApiError> {
-    let pictures = rows.into_iter().map(|row| async move { app.pictures.get(&row).await });
+    let queue = queue_for(rows.len() as u64 * u64::from(size_px).pow(2));
+    let pictures = rows.into_iter();
+    let pictures = pictures.map(|row| async move { app.pictures.get_from(queue, &row).await });
     let pictures = stream::iter(pictures).buffered(AT_ONCE).try_collect::<Vec<_>>();
     let pictures = limit::in_time(pictures).await?;
     let decode = move || pictures.iter().map(|png| pixels(png, size_px)).collect();
-    app.processors.run(decode).await?
+    app.processors.run_from(queue, decode).await?
 }
 
 fn pixels(png: &[u8], size_px: u32) -> Result<Vec<u8>, ApiError> {

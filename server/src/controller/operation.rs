@@ -2,7 +2,8 @@
 
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_storage::{JobState, Queue};
+use brood_protocol::Queue;
+use brood_storage::JobState;
 use http::header;
 
 use crate::problem::ApiError;

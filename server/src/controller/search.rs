@@ -57,7 +57,7 @@ pub async fn create(
         other => other.into(),
     })?;
     app.searches.publish_state(&app.store.search(id).await?);
-    app.searches.jobs.notify.notify_one();
+    app.searches.lane.notify.notify_one();
     Ok(accepted(&answer))
 }
 
@@ -150,7 +150,7 @@ async fn change(
     let search = app.store.change_search(id, change, now_ms()).await?;
     let search = search.map_err(|state| wrong_state(change, state))?;
     app.searches.jobs.leases.remove(id);
-    app.searches.jobs.notify.notify_one();
+    app.searches.lane.notify.notify_one();
     app.searches.publish_state(&search);
     let answer = present(app, search).await?;
     attempt.store(&app.store, StatusCode::OK, &answer).await?;

@@ -13,6 +13,7 @@ use serde::Deserialize;
 
 use super::file::{FileHead, REVALIDATED};
 use super::picture_query::check_light;
+use crate::dispatch::queue_for;
 use crate::extract::{Path, Query};
 use crate::library::Framing;
 use crate::limit;
@@ -156,9 +157,10 @@ pub(super) async fn collect(
     cell_px: u32,
 ) -> Result<Vec<(u32, u32, Vec<u8>)>, ApiError> {
     let count = rows.len();
+    let queue = queue_for(count as u64 * u64::from(cell_px).pow(2));
     let pictures = rows.into_iter().map(|row| {
         let app = app.clone();
-        async move { app.pictures.get(&row).await }
+        async move { app.pictures.get_from(queue, &row).await }
     });
     let mut pictures = stream::iter(pictures).buffered(AT_ONCE);
     let mut small = Vec::with_capacity(count);

@@ -4,7 +4,8 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use brood_storage::{Queue, Store};
+use brood_protocol::Queue;
+use brood_storage::Store;
 
 use super::Workers;
 use crate::limit;
@@ -64,8 +65,11 @@ mod tests {
         for _ in 0..limit::QUEUED_JOBS {
             let job = NewJob {
                 id: JobId::fresh(),
+                queue: Queue::Interactive,
+                turn: 0,
                 leased_to: None,
-                ..crate::dispatch::queued_job(Queue::Interactive, Vec::new())
+                payload: Vec::new(),
+                created_ms: 1,
             };
             app.store.enqueue(job, limit::QUEUED_JOBS).await.unwrap();
         }

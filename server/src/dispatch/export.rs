@@ -18,7 +18,7 @@ use brood_storage::{ClaimedExport, StorageError, Store, StoredExport, StoredExpo
 use serde_json::json;
 use tokio::sync::Mutex;
 
-use super::kind::{JobKind, Jobs, LeaseOf, PendingGrant};
+use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant};
 use super::lease::{lease_ms, renew_lease, shortened, stale};
 use crate::clock::now_ms;
 use crate::event::Events;
@@ -34,6 +34,8 @@ pub struct Exports {
     pub store: Store,
     /// Leases of exports.
     pub jobs: Jobs<Self>,
+    /// Waiting workers.
+    pub lane: Lane<Self>,
     /// Genomes.
     pub library: Arc<Library>,
     /// Files.
@@ -50,6 +52,7 @@ impl JobKind for Exports {
     const NAME: &'static str = "export";
     type Ticket = ExportTicket;
     type Payload = ();
+    type Queue = ();
     type Grant = ExportGrant;
 
     fn jobs(&self) -> &Jobs<Self> {
@@ -60,11 +63,19 @@ impl JobKind for Exports {
         lease.ticket.job
     }
 
-    async fn any_queued(&self) -> Result<bool, StorageError> {
+    fn lane(&self, (): ()) -> &Lane<Self> {
+        &self.lane
+    }
+
+    async fn any_queued(&self, (): ()) -> Result<bool, StorageError> {
         self.store.any_export_queued().await
     }
 
-    async fn claim(self: &Arc<Self>, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
+    async fn claim(
+        self: &Arc<Self>,
+        worker: &str,
+        (): (),
+    ) -> Result<Option<PendingGrant<Self>>, ApiError> {
         while let Some(claimed) = self.store.claim_export(worker, now_ms()).await? {
             let ticket = ExportTicket { job: claimed.id, epoch: claimed.epoch };
             self.jobs.leases.grant(ticket, worker, ());
@@ -93,7 +104,7 @@ impl JobKind for Exports {
                     self.remove_files(job).await;
                 }
                 self.publish_state(&export);
-                self.jobs.notify.notify_one();
+                self.lane.notify.notify_one();
             }
             // Cancelled meanwhile.
             Err(StorageError::Conflict { .. } | StorageError::NotFound) => {}
@@ -124,7 +135,7 @@ impl Exports {
             files.push(ExportFile { number: file.number, genome, format: file.format });
         }
         let energy_limit = claimed.energy_limit;
-        Ok(ExportGrant { ticket, ttl_ms: lease_ms(), energy_limit, genomes, files })
+        Ok(ExportGrant { ticket, ttl_ms: lease_ms(limit::LEASE), energy_limit, genomes, files })
     }
 
     /// Takes a worker's report and returns its directive.
@@ -150,7 +161,7 @@ impl Exports {
             return Ok(Directive::Continue);
         }
         self.jobs.leases.end(&ticket);
-        self.jobs.notify.notify_one();
+        self.lane.notify.notify_one();
         Ok(Directive::Stop)
     }
 
@@ -239,7 +250,7 @@ impl Exports {
         })?;
         self.jobs.leases.remove(id);
         self.remove_files(id).await;
-        self.jobs.notify.notify_one();
+        self.lane.notify.notify_one();
         self.publish_state(&export);
         Ok(export)
     }
@@ -261,7 +272,7 @@ impl Exports {
         }
         tracing::warn!(job = %id, files = lost.len(), "files of an export are lost; making them again");
         self.store.forget_export_files(id, lost).await?;
-        self.jobs.notify.notify_one();
+        self.lane.notify.notify_one();
         self.publish_state(&self.store.export(id).await?);
         Err(ApiError::conflict("files of the archive were lost; they are being made again"))
     }

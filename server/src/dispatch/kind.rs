@@ -3,6 +3,7 @@
 //! stores their return.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use brood_protocol::{JobId, Ticket};
 use brood_storage::StorageError;
@@ -24,6 +25,8 @@ pub trait JobKind: Sized + Send + Sync + 'static {
     type Payload: Send + 'static;
     /// Message that grants a lease.
     type Grant: Send + 'static;
+    /// Name of a queue, if jobs of this kind wait in several; a worker waits for jobs of one.
+    type Queue: Copy + Send + Sync + 'static;
 
     /// Returns the leases of this kind.
     fn jobs(&self) -> &Jobs<Self>;
@@ -31,14 +34,21 @@ pub trait JobKind: Sized + Send + Sync + 'static {
     /// Returns the job of a lease.
     fn job(lease: &LeaseOf<Self>) -> JobId;
 
-    /// True if a job of this kind is queued.
-    fn any_queued(&self) -> impl Future<Output = Result<bool, StorageError>> + Send;
+    /// Returns the workers that wait for jobs of a queue.
+    fn lane(&self, queue: Self::Queue) -> &Lane<Self>;
 
-    /// Claims the next job and grants its lease. Jobs that need no worker or cannot be decoded end
-    /// here.
+    /// True if a job waits in a queue.
+    fn any_queued(
+        &self,
+        queue: Self::Queue,
+    ) -> impl Future<Output = Result<bool, StorageError>> + Send;
+
+    /// Claims the next job of a queue and grants its lease. Jobs that need no worker or cannot be
+    /// decoded end here.
     fn claim(
         self: &Arc<Self>,
         worker: &str,
+        queue: Self::Queue,
     ) -> impl Future<Output = Result<Option<PendingGrant<Self>>, ApiError>> + Send;
 
     /// Stores the return of an unfinished job, whose lease has ended, to its queue. If its worker
@@ -54,14 +64,24 @@ pub trait JobKind: Sized + Send + Sync + 'static {
 /// Lease of one kind of job.
 pub type LeaseOf<K> = Lease<<K as JobKind>::Ticket, <K as JobKind>::Payload>;
 
-/// Leases of one kind of job, and the workers that wait for one.
-pub struct Jobs<K: JobKind> {
-    /// The leases.
-    pub leases: LeaseTable<K::Ticket, K::Payload>,
+/// Workers that wait for jobs of one queue.
+pub struct Lane<K: JobKind> {
     /// Notified once per queued job.
     pub notify: Notify,
     /// Waiting workers.
     pub waiting: WaitingWorkers<PendingGrant<K>>,
+}
+
+impl<K: JobKind> Default for Lane<K> {
+    fn default() -> Self {
+        Self { notify: Notify::new(), waiting: WaitingWorkers::new() }
+    }
+}
+
+/// Leases of one kind of job.
+pub struct Jobs<K: JobKind> {
+    /// The leases.
+    pub leases: LeaseTable<K::Ticket, K::Payload>,
     /// Tasks that may outlive their request.
     pub tasks: TaskTracker,
     /// Cancelled when the server begins to stop.
@@ -69,15 +89,9 @@ pub struct Jobs<K: JobKind> {
 }
 
 impl<K: JobKind> Jobs<K> {
-    /// Creates an empty table without waiting workers.
-    pub fn new(tasks: &TaskTracker, stopping: &CancellationToken) -> Self {
-        Self {
-            leases: LeaseTable::new(),
-            notify: Notify::new(),
-            waiting: WaitingWorkers::new(),
-            tasks: tasks.clone(),
-            stopping: stopping.clone(),
-        }
+    /// Creates an empty table of leases with a time to live.
+    pub fn new(ttl: Duration, tasks: &TaskTracker, stopping: &CancellationToken) -> Self {
+        Self { leases: LeaseTable::new(ttl), tasks: tasks.clone(), stopping: stopping.clone() }
     }
 }
 

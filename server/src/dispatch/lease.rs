@@ -25,32 +25,33 @@ pub enum LeaseEnd<'a> {
     Shutdown,
 }
 
-/// Waits for a job; `None` if there is none in the requested time.
+/// Waits for a job of a queue; `None` if there is none in the requested time.
 ///
 /// # Errors
 /// [`ApiError`] if the store fails.
 pub async fn claim_lease<K: JobKind>(
     kind: &Arc<K>,
     worker: &str,
+    queue: K::Queue,
     wait_ms: u32,
 ) -> Result<Option<K::Grant>, ApiError> {
     let wait = limit::LEASE_WAIT.min(Duration::from_millis(wait_ms.into()));
     let deadline = Instant::now() + wait;
-    let jobs = kind.jobs();
+    let (jobs, lane) = (kind.jobs(), kind.lane(queue));
     loop {
-        let notified = jobs.notify.notified();
+        let notified = lane.notify.notified();
         if jobs.stopping.is_cancelled() {
             return Ok(None);
         }
-        if kind.any_queued().await? {
+        if kind.any_queued(queue).await? {
             let (kind, worker) = (kind.clone(), worker.to_owned());
             // Runs in a separate task: a claim that was written must become a lease even if the
             // worker disconnects.
             let claim = jobs.tasks.spawn(async move {
-                let claimed = kind.claim(&worker).await;
+                let claimed = kind.claim(&worker, queue).await;
                 if let Ok(Some(_)) = claimed {
                     // Notifications coalesce: wake another waiter, as more jobs may be queued.
-                    kind.jobs().notify.notify_one();
+                    kind.lane(queue).notify.notify_one();
                 }
                 claimed
             });
@@ -59,7 +60,7 @@ pub async fn claim_lease<K: JobKind>(
                 return Ok(Some(pending.take()));
             }
         }
-        let mut receiver = jobs.waiting.join(worker);
+        let mut receiver = lane.waiting.join(worker);
         tokio::select! {
             biased;
             pending = &mut receiver => if let Ok(pending) = pending {
@@ -118,8 +119,8 @@ pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) {
 }
 
 /// Time to live of a lease, in milliseconds.
-pub(super) fn lease_ms() -> u32 {
-    u32::try_from(limit::LEASE.as_millis()).expect("a lease is seconds long")
+pub(super) fn lease_ms(ttl: Duration) -> u32 {
+    u32::try_from(ttl.as_millis()).expect("a lease is seconds long")
 }
 
 /// Error for a lease that is not valid any more.

@@ -3,7 +3,8 @@
 //! [`lease`] serves workers, the same for all kinds of jobs, with the leases in [`table`] and the
 //! waiting workers in [`queue`]. [`kind`] defines what differs. The kinds are services:
 //! [`PictureService`], which serves picture requests by render jobs, [`Searches`] and [`Exports`].
-//! [`history`] keeps finished render jobs, [`admission`] refuses births while the queue is full.
+//! [`turns`] orders the queues of render jobs, [`history`] keeps finished ones, [`admission`]
+//! refuses births while the interactive queue is full.
 
 mod admission;
 mod export;
@@ -17,15 +18,17 @@ mod request;
 mod row;
 mod search;
 mod table;
+mod turns;
 mod workers;
 
 pub use admission::Admission;
 pub use export::{Exports, export_json};
 pub use history::History;
-pub use kind::Jobs;
+pub use kind::{Jobs, Lane};
 pub use lease::{LeaseEnd, claim_lease, end_leases, release_lease, renew_lease};
 pub use pictures::PictureService;
 pub use render_job::WaitingRenderer;
-pub use request::{FrameId, PictureRequest, queued_job, render_work};
+pub use request::{FrameId, PictureRequest, queue_for, render_work};
 pub use search::{Searches, search_json};
+pub use turns::Turns;
 pub use workers::Workers;

@@ -4,13 +4,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use brood_protocol::{PictureKey, RenderJob, encode};
-use brood_storage::{Queue, StorageError, Store, StoredPicture};
+use brood_protocol::{JobId, PictureKey, Queue, RenderJob, encode};
+use brood_storage::{NewJob, StorageError, Store, StoredPicture};
 use bytes::Bytes;
 
 use super::history::History;
-use super::kind::Jobs;
-use super::request::{FrameId, PictureRequest, queued_job, render_work};
+use super::kind::{JobKind, Jobs, Lane};
+use super::request::{FrameId, PictureRequest, queue_for, render_work};
+use super::turns::Turns;
+use crate::client::Client;
 use crate::clock::now_ms;
 use crate::event::Events;
 use crate::library::Library;
@@ -39,6 +41,12 @@ pub struct PictureService {
     pub batches: Coalescer<FrameId, Arc<StoredPicture>>,
     /// Leases of render jobs.
     pub jobs: Jobs<Self>,
+    /// Workers that wait for interactive jobs.
+    pub interactive: Lane<Self>,
+    /// Workers that wait for batch jobs.
+    pub batch: Lane<Self>,
+    /// Places of jobs in their queues.
+    pub turns: Turns,
     /// Recently finished render jobs.
     pub history: History,
     /// Event streams, which get the URLs of new thumbnails.
@@ -51,10 +59,23 @@ impl PictureService {
     /// Returns a picture, rendered if necessary; waits at most [`limit::WAIT`].
     ///
     /// # Errors
-    /// 422 if the material cannot be drawn in the scene; 503 if the server is busy, stopping or too
-    /// slow; 500 if rendering fails.
+    /// As [`PictureService::get_from`].
     pub async fn get(
         self: &Arc<Self>,
+        request: impl Into<PictureRequest>,
+    ) -> Result<Bytes, ApiError> {
+        self.get_from(Queue::Interactive, request).await
+    }
+
+    /// As [`PictureService::get`]; renders it by a job of this queue. A picture that is too large
+    /// for an interactive job is rendered by a batch job in any case.
+    ///
+    /// # Errors
+    /// 422 if the material cannot be drawn in the scene; 503 if the server is busy, stopping or too
+    /// slow; 500 if rendering fails.
+    pub async fn get_from(
+        self: &Arc<Self>,
+        queue: Queue,
         request: impl Into<PictureRequest>,
     ) -> Result<Bytes, ApiError> {
         let request = request.into();
@@ -67,11 +88,11 @@ impl PictureService {
             Lookup::Missing(reason) => return Err(ApiError::not_found(reason.as_ref())),
             Lookup::InFlight(waiter) => waiter,
             Lookup::Leader(waiter) => {
-                let own = self.clone();
+                let (own, asked) = (self.clone(), (queue, Client::current()));
                 // Runs in a separate task, so that a picture that has become a job is not lost if
                 // the client disconnects. The job ends unrendered if no other client waits for it
                 // when a worker claims it.
-                self.jobs.tasks.spawn(async move { own.fetch_or_enqueue(request).await });
+                self.jobs.tasks.spawn(async move { own.fetch_or_enqueue(request, asked).await });
                 waiter
             }
         };
@@ -110,7 +131,7 @@ impl PictureService {
         whole_seconds(of_late.max(Duration::from_millis(waited_ms)))
     }
 
-    async fn fetch_or_enqueue(self: Arc<Self>, request: PictureRequest) {
+    async fn fetch_or_enqueue(self: Arc<Self>, request: PictureRequest, asked: (Queue, Client)) {
         let key = request.key();
         let disk = self.cache.disk().clone();
         if disk.contains(key)
@@ -122,7 +143,9 @@ impl PictureService {
         }
         let row = match request {
             PictureRequest::Stored(row) => row,
-            PictureRequest::Own(work) => return self.enqueue(async { Ok(work) }, [key]).await,
+            PictureRequest::Own(work) => {
+                return self.enqueue(async { Ok(work) }, [key], asked).await;
+            }
         };
         let frame = FrameId::of(&row);
         if self.batches.add(frame, row) {
@@ -130,7 +153,7 @@ impl PictureService {
             let rows = self.batches.take(&frame);
             for batch in rows.chunks(frame.per_job()) {
                 let work = self.work_of(frame, batch);
-                self.enqueue(work, batch.iter().map(|row| row.key)).await;
+                self.enqueue(work, batch.iter().map(|row| row.key), asked).await;
             }
         }
     }
@@ -160,13 +183,15 @@ impl PictureService {
         &self,
         work: impl Future<Output = Result<RenderJob, ApiError>>,
         keys: impl IntoIterator<Item = PictureKey>,
+        (queue, client): (Queue, Client),
     ) {
         let result = async {
             let work = work.await?;
             if work.items.is_empty() {
-                return Ok(());
+                return Ok(None);
             }
-            let job = queued_job(Queue::Interactive, encode(&work));
+            let queue = queue.max(queue_for(rays(&work)));
+            let job = self.job_of(&work, queue, client);
             self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
                 StorageError::QueueFull | StorageError::Busy => Failure::Busy,
                 other => {
@@ -174,11 +199,24 @@ impl PictureService {
                     Failure::Internal
                 }
             })?;
-            Ok(())
+            Ok(Some(queue))
         };
         match result.await {
-            Ok(()) => self.jobs.notify.notify_one(),
+            Ok(None) => {}
+            Ok(Some(queue)) => self.lane(queue).notify.notify_one(),
             Err(failure) => self.cache.fail(keys, &failure),
+        }
+    }
+
+    /// Returns a job in a queue for a client.
+    pub fn job_of(&self, work: &RenderJob, queue: Queue, client: Client) -> NewJob {
+        NewJob {
+            id: JobId::fresh(),
+            queue,
+            turn: self.turns.next(queue, client, rays(work)),
+            leased_to: None,
+            payload: encode(work),
+            created_ms: now_ms(),
         }
     }
 
@@ -197,6 +235,11 @@ impl PictureService {
             }
         }
     }
+}
+
+/// Number of primary rays of a job.
+fn rays(work: &RenderJob) -> u64 {
+    work.frame.rays() * work.items.len() as u64
 }
 
 impl From<ApiError> for Failure {

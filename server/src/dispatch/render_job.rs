@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
-    JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureKey, RenderItem,
+    JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureKey, Queue, RenderItem,
     RenderJob, RenderOutcome, RenderedPicture, WireError, decode,
 };
 use brood_scene::PixelArea;
@@ -12,10 +12,11 @@ use brood_storage::{FIRST_EPOCH, JobState, StorageError};
 use bytes::Bytes;
 
 use super::history::FinishedJob;
-use super::kind::{JobKind, Jobs, LeaseOf, PendingGrant};
-use super::lease::{lease_ms, shortened, stale};
+use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant};
+use super::lease::{lease_ms, renew_lease, shortened, stale};
 use super::pictures::PictureService;
 use super::queue::WaitingWorker;
+use super::table::Renewed;
 use crate::clock::now_ms;
 use crate::picture::{Failure, check};
 use crate::problem::{ApiError, quote};
@@ -27,6 +28,7 @@ pub type WaitingRenderer = WaitingWorker<PendingGrant<PictureService>>;
 /// Render job during its lease.
 pub struct LeasedRender {
     job: JobId,
+    queue: Queue,
     work: RenderJob,
     /// Time that the job waited in the queue.
     queued: Duration,
@@ -37,6 +39,7 @@ impl JobKind for PictureService {
     type Ticket = LeaseTicket;
     type Payload = LeasedRender;
     type Grant = LeaseGrant;
+    type Queue = Queue;
 
     fn jobs(&self) -> &Jobs<Self> {
         &self.jobs
@@ -46,12 +49,24 @@ impl JobKind for PictureService {
         lease.payload.job
     }
 
-    async fn any_queued(&self) -> Result<bool, StorageError> {
-        self.store.any_queued().await
+    fn lane(&self, queue: Queue) -> &Lane<Self> {
+        match queue {
+            Queue::Interactive => &self.interactive,
+            Queue::Batch => &self.batch,
+        }
     }
 
-    async fn claim(self: &Arc<Self>, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
-        while let Some(job) = self.store.claim(worker).await? {
+    async fn any_queued(&self, queue: Queue) -> Result<bool, StorageError> {
+        self.store.any_queued(queue).await
+    }
+
+    async fn claim(
+        self: &Arc<Self>,
+        worker: &str,
+        queue: Queue,
+    ) -> Result<Option<PendingGrant<Self>>, ApiError> {
+        while let Some(job) = self.store.claim(worker, queue).await? {
+            self.turns.claimed(queue, job.turn);
             let mut work: RenderJob = match decode(&job.payload) {
                 Ok(work) => work,
                 Err(WireError::Version) => {
@@ -69,14 +84,16 @@ impl JobKind for PictureService {
             let before = work.items.len();
             work.items = self.without_cached(work.items).await?;
             self.metrics.skipped.increment((before - work.items.len()) as u64);
-            work.items.retain(|item| !self.cache.end_if_abandoned(item.key));
+            work.items.retain(|item| !self.cache.end_if_abandoned(&[item.key]));
             if work.items.is_empty() {
+                self.metrics.abandoned.increment(1);
                 self.store.complete(job.id, job.epoch).await?;
                 continue;
             }
             let waited_ms = u64::try_from(now_ms() - job.created_ms).unwrap_or(0);
             let queued = Duration::from_millis(waited_ms);
-            return Ok(Some(self.grant((job.id, job.epoch), worker, work, queued)));
+            let job = (job.id, queue, job.epoch);
+            return Ok(Some(self.grant(job, worker, work, queued)));
         }
         Ok(None)
     }
@@ -89,7 +106,7 @@ impl JobKind for PictureService {
                 tracing::error!(%job, reason, "a job has failed permanently");
                 self.cache.fail(keys(&lease), &Failure::Render(reason.into()));
             }
-            Ok(_) => self.jobs.notify.notify_one(),
+            Ok(_) => self.lane(lease.payload.queue).notify.notify_one(),
             Err(error) => {
                 tracing::error!(%job, %error, "cannot requeue a job");
                 self.cache.fail(keys(&lease), &Failure::Internal);
@@ -106,8 +123,8 @@ impl PictureService {
         work: RenderJob,
         waiting: WaitingRenderer,
     ) -> LeaseTicket {
-        let lease = (job, FIRST_EPOCH);
-        let pending = self.grant(lease, &waiting.worker, work, Duration::ZERO);
+        let job = (job, Queue::Interactive, FIRST_EPOCH);
+        let pending = self.grant(job, &waiting.worker, work, Duration::ZERO);
         let ticket = pending.ticket();
         // If the worker has disconnected, dropping the grant returns the lease.
         drop(waiting.sender.send(pending));
@@ -117,15 +134,36 @@ impl PictureService {
     /// Grants the lease of a claimed job.
     fn grant(
         self: &Arc<Self>,
-        (job, epoch): (JobId, u64),
+        (job, queue, epoch): (JobId, Queue, u64),
         worker: &str,
         work: RenderJob,
         queued: Duration,
     ) -> PendingGrant<Self> {
         let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch };
-        let payload = LeasedRender { job, work: work.clone(), queued };
+        let payload = LeasedRender { job, queue, work: work.clone(), queued };
         self.jobs.leases.grant(ticket, worker, payload);
-        PendingGrant::new(self, ticket, LeaseGrant { ticket, job, ttl_ms: lease_ms(), work })
+        let ttl_ms = lease_ms(self.jobs.leases.ttl);
+        PendingGrant::new(self, ticket, LeaseGrant { ticket, job, ttl_ms, work })
+    }
+
+    /// Renews a lease. Ends it and its job if no client waits for any of its pictures: the worker
+    /// then stops rendering.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
+    pub async fn renew(&self, ticket: &LeaseTicket) -> Result<Renewed, ApiError> {
+        let renewed = renew_lease(self, ticket)?;
+        let keys = self.jobs.leases.read(ticket, |lease| keys(lease).collect::<Vec<_>>());
+        if keys.is_some_and(|keys| self.cache.end_if_abandoned(&keys))
+            && let Some(lease) = self.jobs.leases.end(ticket)
+        {
+            let job = lease.payload.job;
+            tracing::debug!(%job, "no client waits for a job any more");
+            self.metrics.abandoned.increment(1);
+            self.store.complete(job, ticket.epoch).await?;
+            return Err(ApiError::stale_lease("no client waits for the pictures any more"));
+        }
+        Ok(renewed)
     }
 
     /// Returns the items that must be rendered. Cached pictures, made by another job or before a

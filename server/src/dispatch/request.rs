@@ -4,20 +4,19 @@ use std::sync::Arc;
 
 use brood_program::written_operations;
 use brood_protocol::{
-    Backend, Frame, JobId, PackedProgram, PictureFormat, PictureKey, RenderItem, RenderJob,
+    Backend, Frame, PackedProgram, PictureFormat, PictureKey, Queue, RenderItem, RenderJob,
     SceneId, Subject,
 };
 use brood_scene::{PictureSize, PixelArea, Sampling};
-use brood_storage::{NewJob, Queue, StoredPicture};
+use brood_storage::StoredPicture;
 
-use crate::clock::now_ms;
 use crate::library::{Framing, Material};
 
 /// Most pictures per job; one brood of the page fits.
 const JOB_PICTURES: u64 = 32;
-/// Most primary rays per job, unless a single picture has more. Keeps the results of a job, at most
-/// 16 bytes per pixel, far below [`LEASE_BYTES`](crate::limit::LEASE_BYTES).
-const JOB_RAYS: u64 = 4 << 20;
+/// Most primary rays per job, unless a single picture has more. Keeps jobs short, and the results
+/// of a job, at most 16 bytes per pixel, far below [`LEASE_BYTES`](crate::limit::LEASE_BYTES).
+const JOB_RAYS: u64 = 2 << 20;
 
 /// Properties shared by all pictures of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -120,9 +119,10 @@ pub fn render_work<'a>(
     RenderJob::new(frame.clone(), items.collect())
 }
 
-/// Returns a queued render job.
-pub fn queued_job(queue: Queue, payload: Vec<u8>) -> NewJob {
-    NewJob { id: JobId::fresh(), queue, leased_to: None, payload, created_ms: now_ms() }
+/// Returns the queue for pictures that are requested together and trace this many rays: batch if
+/// they take longer than an interactive job.
+pub fn queue_for(rays: u64) -> Queue {
+    if rays > JOB_RAYS { Queue::Batch } else { Queue::Interactive }
 }
 
 /// Returns the number of pictures per job for pictures of `rays` rays each. An adaptive picture
@@ -144,8 +144,8 @@ mod tests {
             |size_px: u32, samples: u32| per_job(u64::from(size_px).pow(2) * u64::from(samples));
         assert_eq!(square(256, 1), 32);
         assert_eq!(square(limit::PICTURE_MIN_PX, 1), 32);
-        assert_eq!(square(512, 1), 16);
-        assert_eq!(square(1024, 1), 4);
+        assert_eq!(square(512, 1), 8);
+        assert_eq!(square(1024, 1), 2);
         assert_eq!(square(1024, 4), 1);
         assert_eq!(square(limit::PICTURE_PX, limit::SAMPLES), 1);
     }

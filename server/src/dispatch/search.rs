@@ -19,7 +19,7 @@ use brood_scene::Scene;
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
 use brood_target::Objective;
 
-use super::kind::{JobKind, Jobs, LeaseOf, PendingGrant};
+use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant};
 use super::lease::{lease_ms, renew_lease, shortened, stale};
 use super::pictures::PictureService;
 use crate::breeding::Breeding;
@@ -50,6 +50,8 @@ pub struct Searches {
     pub store: Store,
     /// Leases of searches.
     pub jobs: Jobs<Self>,
+    /// Waiting workers.
+    pub lane: Lane<Self>,
     /// Maker of the broods of found materials.
     pub breeding: Arc<Breeding>,
     /// Pictures of found materials.
@@ -66,6 +68,7 @@ impl JobKind for Searches {
     const NAME: &'static str = "search";
     type Ticket = SearchTicket;
     type Payload = ();
+    type Queue = ();
     type Grant = SearchGrant;
 
     fn jobs(&self) -> &Jobs<Self> {
@@ -76,11 +79,19 @@ impl JobKind for Searches {
         lease.ticket.job
     }
 
-    async fn any_queued(&self) -> Result<bool, StorageError> {
+    fn lane(&self, (): ()) -> &Lane<Self> {
+        &self.lane
+    }
+
+    async fn any_queued(&self, (): ()) -> Result<bool, StorageError> {
         self.store.any_search_queued().await
     }
 
-    async fn claim(self: &Arc<Self>, worker: &str) -> Result<Option<PendingGrant<Self>>, ApiError> {
+    async fn claim(
+        self: &Arc<Self>,
+        worker: &str,
+        (): (),
+    ) -> Result<Option<PendingGrant<Self>>, ApiError> {
         while let Some(claimed) = self.store.claim_search(worker, now_ms()).await? {
             let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
             self.jobs.leases.grant(ticket, worker, ());
@@ -108,7 +119,7 @@ impl JobKind for Searches {
                     tracing::error!(%job, "a search has failed: too many workers died while running it");
                 }
                 self.publish_state(&search);
-                self.jobs.notify.notify_one();
+                self.lane.notify.notify_one();
             }
             // Paused or cancelled meanwhile.
             Err(StorageError::Conflict { .. } | StorageError::NotFound) => {}
@@ -160,7 +171,7 @@ impl Searches {
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
         if directive == Directive::Stop {
             self.jobs.leases.end(&ticket);
-            self.jobs.notify.notify_one();
+            self.lane.notify.notify_one();
         }
         Ok(directive)
     }
@@ -353,7 +364,7 @@ fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, Wi
     let objective = options.objective.unwrap_or_else(|| Objective::default().name().to_owned());
     Ok(SearchGrant {
         ticket,
-        ttl_ms: lease_ms(),
+        ttl_ms: lease_ms(limit::LEASE),
         target_kind: claimed.target_kind,
         target_hash: claimed.target_hash,
         strategy: options.strategy,

@@ -7,8 +7,6 @@ use std::time::Duration;
 use brood_protocol::Ticket;
 use tokio::time::Instant;
 
-use crate::limit;
-
 /// Job that is granted to a worker.
 #[derive(Debug)]
 pub struct Lease<T, P> {
@@ -35,19 +33,21 @@ pub struct Renewed {
 /// Leases of one kind of job.
 #[derive(Debug)]
 pub struct LeaseTable<T: Ticket, P> {
+    /// Time to live of a lease without renewal.
+    pub ttl: Duration,
     leases: Mutex<HashMap<T::Key, Lease<T, P>>>,
 }
 
 impl<T: Ticket, P> LeaseTable<T, P> {
     /// Creates an empty table.
-    pub fn new() -> Self {
-        Self { leases: Mutex::new(HashMap::new()) }
+    pub fn new(ttl: Duration) -> Self {
+        Self { ttl, leases: Mutex::new(HashMap::new()) }
     }
 
     /// Grants a lease; replaces an earlier one with the same key.
     pub fn grant(&self, ticket: T, worker: &str, payload: P) {
         let granted = Instant::now();
-        let deadline = granted + limit::LEASE;
+        let deadline = granted + self.ttl;
         let lease = Lease { ticket, worker: worker.to_owned(), granted, payload, deadline };
         self.lock().insert(ticket.key(), lease);
     }
@@ -59,8 +59,15 @@ impl<T: Ticket, P> LeaseTable<T, P> {
         if lease.ticket.epoch() != ticket.epoch() {
             return None;
         }
-        lease.deadline = Instant::now() + limit::LEASE;
+        lease.deadline = Instant::now() + self.ttl;
         Some(Renewed { worker: lease.worker.clone(), age: lease.granted.elapsed() })
+    }
+
+    /// Reads a lease; `None` if it is not valid any more.
+    pub fn read<R>(&self, ticket: &T, read: impl FnOnce(&Lease<T, P>) -> R) -> Option<R> {
+        let leases = self.lock();
+        let lease = leases.get(&ticket.key())?;
+        (lease.ticket.epoch() == ticket.epoch()).then(|| read(lease))
     }
 
     /// Ends and returns a lease; `None` if it is not valid any more.
@@ -110,6 +117,7 @@ mod tests {
     use brood_protocol::{JobId, LeaseId, LeaseTicket, SearchTicket};
 
     use super::*;
+    use crate::limit;
 
     fn ticket(epoch: u64) -> SearchTicket {
         SearchTicket { job: JobId::fresh(), epoch }
@@ -117,7 +125,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn lease_expires_unless_it_is_renewed() {
-        let table = LeaseTable::new();
+        let table = LeaseTable::new(limit::LEASE);
         let (kept, lost) = (ticket(1), ticket(2));
         table.grant(kept, "a", "payload of a");
         table.grant(lost, "b", "payload of b");
@@ -136,7 +144,7 @@ mod tests {
 
     #[tokio::test]
     async fn lease_of_another_epoch_is_stale() {
-        let table = LeaseTable::new();
+        let table = LeaseTable::new(limit::LEASE);
         let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: 2 };
         table.grant(ticket, "a", ());
         for epoch in [1, 3] {
@@ -150,7 +158,7 @@ mod tests {
 
     #[tokio::test]
     async fn grant_replaces_an_earlier_lease_of_the_job() {
-        let table = LeaseTable::new();
+        let table = LeaseTable::new(limit::LEASE);
         let first = ticket(1);
         let second = SearchTicket { epoch: 2, ..first };
         table.grant(first, "a", ());
@@ -161,7 +169,7 @@ mod tests {
 
     #[tokio::test]
     async fn leases_of_one_worker_end_without_the_others() {
-        let table = LeaseTable::new();
+        let table = LeaseTable::new(limit::LEASE);
         for worker in ["a", "a", "b"] {
             table.grant(ticket(1), worker, ());
         }

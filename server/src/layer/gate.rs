@@ -6,6 +6,7 @@ use axum::response::Response;
 use http::{HeaderMap, Method, header};
 
 use crate::access::Need;
+use crate::client::{Client, Peer};
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -26,7 +27,9 @@ pub async fn gate(
     if app.stopping.is_cancelled() && matches!(need, Need::Breed | Need::Admin) {
         return Err(ApiError::stopping("retry after the restart"));
     }
-    Ok(next.run(request).await)
+    let peer = request.extensions().get::<Peer>().map(|peer| peer.0);
+    let client = Client::new(token(request.headers()), peer);
+    Ok(client.run(next.run(request)).await)
 }
 
 /// Returns the token of a request, from its `Authorization` header or the page's cookie.

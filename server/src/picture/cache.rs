@@ -184,15 +184,16 @@ impl PictureCache {
         }
     }
 
-    /// Ends a render in flight that no client waits for any more; false if it is wanted. A later
-    /// request begins a new one.
-    pub fn end_if_abandoned(&self, key: PictureKey) -> bool {
+    /// Ends renders in flight if no client waits for any of them any more; false if one is wanted.
+    /// Later requests begin new ones.
+    pub fn end_if_abandoned(&self, keys: &[PictureKey]) -> bool {
         let mut in_flight = self.lock();
-        let is_abandoned = in_flight.get(&key).is_some_and(InFlight::is_abandoned);
-        if is_abandoned {
-            in_flight.remove(&key);
+        let is_abandoned = |key| in_flight.get(key).is_some_and(InFlight::is_abandoned);
+        let all = keys.iter().all(is_abandoned);
+        if all {
+            keys.iter().for_each(|key| drop(in_flight.remove(key)));
         }
-        is_abandoned
+        all
     }
 
     /// Completes a new picture: caches it, queues it for the disk and answers all waiting requests.
@@ -316,16 +317,16 @@ mod tests {
         let first = picture_cache.subscribe(key(1));
         let second = picture_cache.subscribe(key(1));
         drop(first);
-        assert!(!picture_cache.end_if_abandoned(key(1)), "a client still waits");
+        assert!(!picture_cache.end_if_abandoned(&[key(1)]), "a client still waits");
         drop(second);
-        assert!(picture_cache.end_if_abandoned(key(1)));
-        assert!(!picture_cache.end_if_abandoned(key(1)), "it is not in flight any more");
+        assert!(picture_cache.end_if_abandoned(&[key(1)]));
+        assert!(!picture_cache.end_if_abandoned(&[key(1)]), "it is not in flight any more");
         drop(picture_cache.subscribe(key(1)));
         picture_cache.keep_wanted(key(1), Duration::from_secs(60));
-        assert!(!picture_cache.end_if_abandoned(key(1)), "the client comes again");
+        assert!(!picture_cache.end_if_abandoned(&[key(1)]), "the client comes again");
         picture_cache.reserve([key(2)]);
         drop(picture_cache.subscribe(key(2)));
-        assert!(!picture_cache.end_if_abandoned(key(2)), "a brood's pictures are always wanted");
+        assert!(!picture_cache.end_if_abandoned(&[key(2)]), "a brood's pictures are always wanted");
     }
 
     #[test]

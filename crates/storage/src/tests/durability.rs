@@ -4,13 +4,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use brood_protocol::Queue;
 use sqlx::{ConnectOptions, Connection};
 use tempfile::TempDir;
 
 use super::{
     execute, generation, hash, job, key, lineage, new_generation, new_lineage, open, picture, scene,
 };
-use crate::{Queue, Scope, StorageError, Store, connection};
+use crate::{Scope, StorageError, Store, connection};
 
 /// Returns a copy of the files, as a killed process would leave them at this moment.
 fn image(dir: &Path) -> TempDir {
@@ -38,7 +39,7 @@ async fn acknowledged_writes_survive_when_process_is_killed() {
         assert_eq!(again.counts().await.unwrap().jobs, n + 1);
         again.close().await.unwrap();
     }
-    store.claim("w").await.unwrap().unwrap();
+    store.claim("w", Queue::Interactive).await.unwrap().unwrap();
     let killed = image(dir.path());
     let again = Store::open(killed.path()).await.unwrap();
     assert_eq!(again.requeue_all_leased().await.unwrap(), 1);
@@ -274,7 +275,7 @@ async fn durable_writes_are_flushed_after_relaxed_commits() {
             .unwrap()
     };
     assert_eq!(level(store.clone()).await, 2);
-    store.claim("w").await.unwrap().unwrap();
+    store.claim("w", Queue::Interactive).await.unwrap().unwrap();
     assert_eq!(level(store.clone()).await, 2);
 }
 

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use brood_genome::ModelKind;
 use brood_protocol::{
     GenerationId, IndividualId, Lineage, LineageId, ParentRef, PatchIndividual, PatchLineage,
-    SceneId,
+    Queue, SceneId,
 };
 
 use super::{
     age, execute, generation, genome, hash, idempotency, job, key, lineage, new_generation,
     new_lineage, open, picture, scene,
 };
-use crate::{LineageCursor, LineageFilter, NewImport, Queue, StorageError};
+use crate::{LineageCursor, LineageFilter, NewImport, StorageError};
 
 #[tokio::test]
 async fn lineage_is_read_back_as_written() {
@@ -126,7 +126,10 @@ async fn generation_is_read_back_as_written() {
     assert_eq!(store.generation(new.id).await.unwrap(), made);
     assert_eq!(store.individual(made.individuals[2].id).await.unwrap(), made.individuals[2]);
     assert_eq!(store.picture(key("b0")).await.unwrap(), new.pictures[0]);
-    assert_eq!(store.claim("w").await.unwrap().unwrap().id, new.job.unwrap().id);
+    assert_eq!(
+        store.claim("w", Queue::Interactive).await.unwrap().unwrap().id,
+        new.job.unwrap().id
+    );
     assert!(matches!(store.generation(GenerationId::fresh()).await, Err(StorageError::NotFound)));
 }
 

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use brood_protocol::{GenerationId, LineageId, ParentRef};
+use brood_protocol::{GenerationId, LineageId, ParentRef, Queue};
 
 use super::{
     child, generation, genome, hash, job, key, lineage, new_generation, open, picture, read_back,
     saved, scene,
 };
-use crate::{Queue, StorageError};
+use crate::StorageError;
 
 #[tokio::test]
 async fn purge_removes_everything_when_nothing_is_shared() {

@@ -46,7 +46,7 @@ pub async fn create(
         other => other.into(),
     })?;
     app.exports.publish_state(&stored);
-    app.exports.jobs.notify.notify_one();
+    app.exports.lane.notify.notify_one();
     Ok(accepted(&answer))
 }
 

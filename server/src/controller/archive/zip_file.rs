@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use async_stream::try_stream;
 use brood_export::{Exported, Within};
+use brood_protocol::Queue;
 use brood_scene::PictureSize;
 use bytes::Bytes;
 use futures::stream::{self, Stream, StreamExt};
@@ -144,7 +145,7 @@ async fn made(
             let row = app.pictures.store_row(framed.row(key, of.hash)).await?;
             let mut waits = 1;
             loop {
-                match app.pictures.get(&row).await {
+                match app.pictures.get_from(Queue::Batch, &row).await {
                     Err(error) if error.status() == 503 && waits < WAITS => {
                         waits += 1;
                         tokio::time::sleep(Duration::from_secs(1)).await;

@@ -22,7 +22,7 @@ pub async fn claim(
     Message(request): Message<ExportRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
     let ExportRequest { worker, wait_ms } = request;
-    Ok(granted(claim_lease(&app.exports, &for_logs(&worker), wait_ms).await?))
+    Ok(granted(claim_lease(&app.exports, &for_logs(&worker), (), wait_ms).await?))
 }
 
 /// Renews the lease of an export.

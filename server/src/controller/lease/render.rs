@@ -6,7 +6,7 @@ use brood_protocol::{LeaseId, LeaseRequest, LeaseResults, LeaseTicket};
 use http::StatusCode;
 
 use super::{Held, Message, check_same, for_logs, granted};
-use crate::dispatch::{claim_lease, release_lease, renew_lease};
+use crate::dispatch::{claim_lease, release_lease};
 use crate::extract::Path;
 use crate::limit;
 use crate::problem::ApiError;
@@ -22,13 +22,13 @@ pub async fn claim(
     State(app): State<App>,
     Message(request): Message<LeaseRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
-    let LeaseRequest { worker, report, wait_ms } = request;
+    let LeaseRequest { worker, queue, report, wait_ms } = request;
     let worker = for_logs(&worker);
     app.workers.seen(&worker, &report);
-    Ok(granted(claim_lease(&app.pictures, &worker, wait_ms).await?))
+    Ok(granted(claim_lease(&app.pictures, &worker, queue, wait_ms).await?))
 }
 
-/// Renews a lease.
+/// Renews a lease. 409 if no client waits for its pictures any more.
 #[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", operation_id = "renew_render_lease", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
@@ -37,7 +37,7 @@ pub async fn heartbeat(
     State(app): State<App>,
     Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
-    let renewed = renew_lease(&*app.pictures, &ticket)?;
+    let renewed = app.pictures.renew(&ticket).await?;
     app.workers.seen_again(&renewed.worker);
     Ok(StatusCode::NO_CONTENT)
 }

@@ -22,7 +22,7 @@ pub async fn claim(
     Message(request): Message<SearchRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
     let SearchRequest { worker, wait_ms } = request;
-    Ok(granted(claim_lease(&app.searches, &for_logs(&worker), wait_ms).await?))
+    Ok(granted(claim_lease(&app.searches, &for_logs(&worker), (), wait_ms).await?))
 }
 
 /// Renews the lease of a search.

@@ -18,7 +18,8 @@ async fn exports(most_bytes: u64) -> (TempDir, App, Arc<Exports>) {
     let app = server.app();
     let exports = Arc::new(Exports {
         store: app.store.clone(),
-        jobs: Jobs::new(&app.tasks, &app.stopping),
+        jobs: Jobs::new(limit::LEASE, &app.tasks, &app.stopping),
+        lane: Lane::default(),
         library: app.library.clone(),
         folder: app.exports.folder.clone(),
         events: app.events.clone(),
@@ -54,7 +55,7 @@ async fn queued(app: &App, files: u32) -> JobId {
 }
 
 async fn claim(exports: &Arc<Exports>) -> ExportGrant {
-    claim_lease(exports, "a", 0).await.unwrap().unwrap()
+    claim_lease(exports, "a", (), 0).await.unwrap().unwrap()
 }
 
 fn made(ticket: ExportTicket, number: u32, bytes: usize) -> ExportReport {

@@ -99,11 +99,13 @@ async fn claimed_search_is_requeued_without_a_death_when_request_was_dropped() {
     tokio::select! {
         biased;
         () = claimed => {}
-        _ = claim_lease(&app.searches, "gone", 20_000) => panic!("the request is dropped first"),
+        _ = claim_lease(&app.searches, "gone", (), 20_000) => panic!("the request is dropped first"),
     }
     // Waits until the search is queued again: long before the first lease would expire.
-    let grant =
-        claim_lease(&app.searches, "next", 10_000).await.unwrap().expect("the search is queued");
+    let grant = claim_lease(&app.searches, "next", (), 10_000)
+        .await
+        .unwrap()
+        .expect("the search is queued");
     assert_eq!(grant.ticket, SearchTicket { job: id, epoch: 3 }, "claim, release, claim");
     assert_eq!(app.store.search(id).await.unwrap().deaths, 0);
     assert_eq!(app.searches.jobs.leases.len(), 1);
@@ -113,7 +115,7 @@ async fn claimed_search_is_requeued_without_a_death_when_request_was_dropped() {
 async fn search_fails_with_reason_when_start_cannot_be_decoded() {
     let (_dir, app) = app().await;
     let broken = search(&app, vec![9]).await;
-    assert!(claim_lease(&app.searches, "worker", 0).await.unwrap().is_none());
+    assert!(claim_lease(&app.searches, "worker", (), 0).await.unwrap().is_none());
     let search = app.store.search(broken).await.unwrap();
     assert_eq!(search.state, SearchState::Failed);
     assert!(search.reason.unwrap().starts_with("cannot decode the start genomes"));
@@ -126,7 +128,7 @@ async fn next_search_is_claimed_when_start_of_the_first_cannot_be_decoded() {
     let (_dir, app) = app().await;
     search(&app, vec![9]).await;
     let good = search(&app, no_genomes()).await;
-    let grant = claim_lease(&app.searches, "worker", 0).await.unwrap().unwrap();
+    let grant = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap();
     assert_eq!(grant.ticket.job, good);
 }
 
@@ -135,7 +137,7 @@ async fn search_of_a_dead_worker_is_requeued_with_a_death_but_not_at_shutdown() 
     let (_dir, app) = app().await;
     let id = search(&app, no_genomes()).await;
     for (end, deaths) in [(LeaseEnd::Shutdown, 0), (LeaseEnd::Death("worker"), 1)] {
-        let grant = claim_lease(&app.searches, "worker", 0).await.unwrap().unwrap();
+        let grant = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap();
         end_leases(&*app.searches, LeaseEnd::Death("other")).await;
         end_leases(&*app.searches, LeaseEnd::Expired).await;
         renew_lease(&*app.searches, &grant.ticket).unwrap();
