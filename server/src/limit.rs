@@ -15,6 +15,8 @@ pub const JSON_DEPTH: usize = 64;
 pub const OBJ_BYTES: usize = 32 << 20;
 /// Largest IES file in bytes.
 pub const PROFILE_BYTES: usize = 4 << 20;
+/// Most pixels of an environment image: 4096 x 2048. Decoding takes 30 bytes for each.
+pub const ENVIRONMENT_PIXELS: u64 = 1 << 23;
 /// Largest environment image in bytes.
 pub const ENVIRONMENT_BYTES: usize = 64 << 20;
 /// Most samples per point of a scene's lights.
@@ -184,6 +186,7 @@ pub fn report() -> BTreeMap<String, u64> {
         ("obj_bytes", OBJ_BYTES as u64),
         ("profile_bytes", PROFILE_BYTES as u64),
         ("environment_bytes", ENVIRONMENT_BYTES as u64),
+        ("environment_pixels", ENVIRONMENT_PIXELS),
         ("light_samples", u64::from(LIGHT_SAMPLES)),
         ("lineage_file_bytes", LINEAGE_FILE_BYTES as u64),
         ("target_bytes", TARGET_BYTES as u64),

@@ -9,6 +9,8 @@
 )]
 
 #[cfg(target_os = "linux")]
+mod memory;
+#[cfg(target_os = "linux")]
 mod search;
 
 use std::collections::{BTreeMap, HashMap};

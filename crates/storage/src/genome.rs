@@ -7,7 +7,7 @@
 //! it against none.
 
 use std::borrow::Borrow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use brood_genome::{Genome, GenomeHash, ModelKind};
 use brood_protocol::GenerationId;
@@ -261,8 +261,8 @@ pub(crate) async fn insert<G: Borrow<NewGenome> + Sync>(
     let mut packer = bases.packer()?;
     let hashes = bases.hashes();
     let mut packed = Vec::with_capacity(genomes.len());
-    for genome in genomes {
-        let genome = genome.borrow();
+    let mut seen = HashSet::new();
+    for genome in genomes.iter().map(Borrow::borrow).filter(|genome| seen.insert(genome.hash)) {
         packed.push((genome, packer.pack(&genome.bytes).map_err(not_packed)?));
     }
     let head = "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text,

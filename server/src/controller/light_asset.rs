@@ -5,7 +5,7 @@ use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
-use brood_eval::{IMAGE_SIDE_MOST, decode_display, decode_environment};
+use brood_eval::{IMAGE_SIDE_MOST, decode_display, decode_environment, picture_size};
 use brood_light::{BuiltinEnvironment, IesProfile};
 use brood_protocol::{LightAssetAnswer, LightAssetKind};
 use http::{Request, StatusCode, header};
@@ -153,6 +153,23 @@ impl Upload {
     }
 }
 
+/// Checks the size of an environment from its header. Files that are no pictures pass.
+///
+/// # Errors
+/// 413 if it has too many pixels.
+fn check_pixels(bytes: &[u8]) -> Result<(), ApiError> {
+    let Ok((width, height)) = picture_size(bytes) else { return Ok(()) };
+    let (pixels, most) = (u64::from(width) * u64::from(height), limit::ENVIRONMENT_PIXELS);
+    if pixels <= most {
+        return Ok(());
+    }
+    let words = format!(
+        "an environment has at most {most} pixels, as many as 4096 x 2048; this one has {width} x \
+         {height}: scale it down"
+    );
+    Err(ApiError::too_large(words))
+}
+
 /// Parses a file and returns its summary.
 ///
 /// # Errors
@@ -175,6 +192,7 @@ pub fn answer(kind: LightAssetKind, bytes: &[u8]) -> Result<LightAssetAnswer, Ap
             answer.peak_candela = Some(profile.peak_candela());
         }
         LightAssetKind::Environment => {
+            check_pixels(bytes)?;
             let map = decode_environment(bytes).map_err(|error| refuse(error.to_string()))?;
             answer.mean_radiance = Some(map.mean());
         }

@@ -78,6 +78,7 @@ pub fn decode_environment(bytes: &[u8]) -> Result<EnvironmentMap, EnvironmentFil
     // NaN is not above 0.
     let radiance = |value: f32| if value > 0.0 { value.min(f32::MAX) } else { 0.0 };
     let pixels = picture.pixels().map(|pixel| pixel.0.map(radiance)).collect();
+    drop(picture);
     Ok(EnvironmentMap::new(width, height, pixels)?)
 }
 

@@ -53,6 +53,7 @@ pub struct LineageFile {
     /// Files of the scene's lights, and control images of the genomes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub light_assets: Vec<FileLightAsset>,
+    // An export writes the two lists below bit by bit, so they come last.
     /// Texts of all genomes by content hash.
     pub genomes: BTreeMap<String, String>,
     /// Generations, oldest first.
