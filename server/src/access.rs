@@ -61,6 +61,11 @@ impl Access {
         &self.worker_token
     }
 
+    /// True for the token of the server's own workers.
+    pub fn is_own_worker(&self, token: &str) -> bool {
+        blake3::hash(token.as_bytes()) == self.worker_hash
+    }
+
     /// Checks that a request has the access it needs.
     ///
     /// # Errors

@@ -3,6 +3,7 @@
 
 use std::convert::Infallible;
 use std::sync::Arc;
+use std::time::Duration;
 
 use axum::Router;
 use axum::body::Body;
@@ -15,37 +16,32 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt;
 
-use crate::client::Peer;
+use crate::client::{Peer, Stopping};
 use crate::connection::{DeadlineStream, GRACE, Requests};
 use crate::limit;
-use crate::open_connections::OpenConnections;
+use crate::state::App;
 
-/// Accepts connections until `stopping`, then waits a bounded time for the open ones.
-pub async fn serve(listener: TcpListener, router: Router, stopping: CancellationToken) {
+/// Longest time of a connection that was opened while the server stops.
+const REFUSAL: Duration = Duration::from_secs(2);
+
+/// Accepts connections until the server stops, then waits a bounded time for the open ones. New
+/// ones are answered meanwhile that the server stops.
+pub async fn serve(listener: TcpListener, router: Router, app: &App) {
     let (connections, graceful) = (TaskTracker::new(), GracefulShutdown::new());
-    let open = OpenConnections::new(limit::CONNECTIONS);
+    let (open, stopping) = (&app.connections, &app.stopping);
     let abandoned = CancellationToken::new();
     loop {
         let accepted = tokio::select! {
             () = stopping.cancelled() => break,
-            accepted = listener.accept() => accepted,
+            accepted = accept(&listener) => accepted,
         };
-        let (stream, peer) = match accepted {
-            Ok(accepted) => accepted,
-            Err(error) => {
-                // Out of file descriptors, or the client has disconnected: neither ends the server.
-                tracing::warn!(%error, "cannot accept a connection");
-                tokio::time::sleep(std::time::Duration::from_millis(20)).await;
-                continue;
-            }
-        };
+        let Some((stream, peer)) = accepted else { continue };
         // While every connection has a request, clients wait here and in the system's queue.
         let requests = Arc::new(Requests::default());
         let place = tokio::select! {
             () = stopping.cancelled() => break,
             place = open.place(requests.clone()) => place,
         };
-        let peer = Peer(peer.ip());
         let connection = drive((stream, peer), requests, router.clone(), graceful.watcher());
         let abandoned = abandoned.clone();
         connections.spawn(async move {
@@ -54,13 +50,51 @@ pub async fn serve(listener: TcpListener, router: Router, stopping: Cancellation
             drop(place);
         });
     }
-    drop(listener);
     connections.close();
-    if tokio::time::timeout(GRACE, graceful.shutdown()).await.is_err() {
-        tracing::warn!(connections = connections.len(), "open connections were cut off");
-        abandoned.cancel();
+    let drained = tokio::time::timeout(GRACE, graceful.shutdown());
+    let refused = async {
+        let refusals = TaskTracker::new();
+        loop {
+            if let Some((stream, _)) = accept(&listener).await {
+                refusals.spawn(tokio::time::timeout(REFUSAL, refuse(stream, router.clone())));
+            }
+        }
+    };
+    tokio::select! {
+        drained = drained => if drained.is_err() {
+            tracing::warn!(connections = connections.len(), "open connections were cut off");
+            abandoned.cancel();
+        },
+        () = refused => {}
     }
     connections.wait().await;
+}
+
+/// Accepts a connection. `None` if it was lost.
+async fn accept(listener: &TcpListener) -> Option<(TcpStream, Peer)> {
+    match listener.accept().await {
+        Ok((stream, peer)) => Some((stream, Peer(peer.ip()))),
+        Err(error) => {
+            // Out of file descriptors, or the client has disconnected: neither ends the server.
+            tracing::warn!(%error, "cannot accept a connection");
+            tokio::time::sleep(Duration::from_millis(20)).await;
+            None
+        }
+    }
+}
+
+/// Answers one request of a connection that was opened while the server stops.
+async fn refuse(stream: TcpStream, router: Router) {
+    let service = hyper::service::service_fn(move |mut request: hyper::Request<Incoming>| {
+        request.extensions_mut().insert(Stopping);
+        let router = router.clone();
+        async move { router.oneshot(request.map(Body::new)).await }
+    });
+    let mut builder = http1::Builder::new();
+    let connection = builder.keep_alive(false).serve_connection(TokioIo::new(stream), service);
+    if let Err(error) = connection.await {
+        tracing::debug!(%error, "a connection ended early");
+    }
 }
 
 async fn drive(

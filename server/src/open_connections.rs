@@ -53,6 +53,11 @@ impl OpenConnections {
         ConnectionPlace { open: self.open.clone(), own, _permit: permit }
     }
 
+    /// Number of open connections.
+    pub fn len(&self) -> usize {
+        lock(&self.open).len()
+    }
+
     /// Closes the connection that has been idle the longest, if one is idle.
     fn cut_idle(&self) {
         let open = lock(&self.open);

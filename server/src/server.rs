@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::PictureKey;
-use brood_storage::Store;
+use brood_storage::{StorageError, Store};
 use bytes::Bytes;
 use tokio::net::TcpListener;
 use tokio::sync::mpsc;
@@ -29,6 +29,7 @@ use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
 use crate::library::Library;
 use crate::metric::Metrics;
+use crate::open_connections::OpenConnections;
 use crate::picture::{CACHE_FOLDER, Coalescer, DiskCache, PictureCache};
 use crate::processors::Processors;
 use crate::state::{App, AppState};
@@ -73,18 +74,18 @@ impl Server {
             store.close().await?;
             return Err(ServerError::NoToken(config.listen));
         }
-        let requeued = store.requeue_all_leased().await?;
+        let requeued = unless_full(store.requeue_all_leased().await)?;
         if requeued > 0 {
             tracing::info!(requeued, "requeued jobs of the last run");
         }
-        let requeued = store.requeue_all_searches().await?;
+        let requeued = unless_full(store.requeue_all_searches().await)?;
         if requeued > 0 {
             tracing::info!(
                 requeued,
                 "requeued searches of the last run; they continue from their checkpoints"
             );
         }
-        let requeued = store.requeue_all_exports().await?;
+        let requeued = unless_full(store.requeue_all_exports().await)?;
         if requeued > 0 {
             tracing::info!(requeued, "requeued exports of the last run; made files are kept");
         }
@@ -154,6 +155,7 @@ impl Server {
             exports,
             workers: Workers::default(),
             admission: Admission::default(),
+            connections: OpenConnections::new(limit::CONNECTIONS),
             events,
             ledger,
             metrics,
@@ -207,7 +209,7 @@ impl Server {
         let written = CancellationToken::new();
         let writer = tokio::spawn(write_pictures(app.clone(), writes, written.clone()));
 
-        listen::serve(listener, route::router(app.clone()), app.stopping.clone()).await;
+        listen::serve(listener, route::router(app.clone()), &app).await;
 
         // Needed if the accept loop has ended by itself.
         app.stopping.cancel();
@@ -224,6 +226,19 @@ impl Server {
         app.store.clone().close().await.map_err(ServerError::Closing)?;
         tracing::info!("stopped");
         Ok(())
+    }
+}
+
+/// Returns 0 if the disk is full: reads must go on without a write at the start.
+fn unless_full(requeued: Result<u64, StorageError>) -> Result<u64, StorageError> {
+    match requeued {
+        Err(StorageError::Full) => {
+            tracing::warn!(
+                "the disk is full: jobs of the last run wait for a start with free space"
+            );
+            Ok(0)
+        }
+        requeued => requeued,
     }
 }
 

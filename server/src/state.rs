@@ -16,6 +16,7 @@ use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
 use crate::library::Library;
 use crate::metric::Metrics;
+use crate::open_connections::OpenConnections;
 use crate::processors::Processors;
 
 /// Shared handle of the state.
@@ -45,6 +46,8 @@ pub struct AppState {
     pub workers: Workers,
     /// Refuses births while the queue of pictures is full.
     pub admission: Admission,
+    /// Open connections.
+    pub connections: OpenConnections,
     /// Event streams of lineages and searches.
     pub events: Arc<Events>,
     /// Idempotency keys of running requests: a repeated request has no second effect.

@@ -22,6 +22,36 @@ async fn server_reports_health_metrics_and_its_description() {
     assert!(system["limits"].is_object(), "{system}");
 }
 
+#[cfg(unix)]
+#[tokio::test(flavor = "multi_thread")]
+async fn new_connections_are_answered_while_the_server_stops() {
+    use tokio::io::AsyncWriteExt;
+
+    let mut server = TestServer::start();
+    server.get("/readyz").await.expect(200);
+    // An upload that has not arrived yet keeps the server up.
+    let mut upload = tokio::net::TcpStream::connect(server.address()).await.unwrap();
+    let host = server.address();
+    let head = format!(
+        "POST /v1/images HTTP/1.1\r\nhost: {host}\r\ncontent-type: image/png\r\n\
+         content-length: 900000\r\n\r\n"
+    );
+    upload.write_all(head.as_bytes()).await.unwrap();
+    upload.write_all(&[7; 1000]).await.unwrap();
+    tokio::time::sleep(std::time::Duration::from_millis(100)).await;
+    let signal = format!("kill -TERM {}", server.process());
+    assert!(std::process::Command::new("sh").args(["-c", &signal]).status().unwrap().success());
+    tokio::time::sleep(std::time::Duration::from_millis(200)).await;
+    for path in ["/readyz", "/v1/lineages", "/"] {
+        let request = format!("GET {path} HTTP/1.1\r\nhost: {host}\r\n\r\n");
+        let (status, text) = brood_tests::raw_request(host, request.as_bytes()).await;
+        assert_eq!(status, 503, "{path}: {text}");
+        assert!(text.contains("retry after the restart"), "{text}");
+    }
+    drop(upload);
+    assert_eq!(server.wait(), 0);
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn served_openapi_equals_the_committed_document() {
     let server = TestServer::start();

@@ -9,6 +9,8 @@
 )]
 
 #[cfg(target_os = "linux")]
+mod disk;
+#[cfg(target_os = "linux")]
 mod memory;
 #[cfg(target_os = "linux")]
 mod search;
@@ -21,8 +23,15 @@ use brood_tests::{TestLineage, TestServer, hashes, ids, seed_of, text_of};
 use reqwest::Method;
 use serde_json::{Value, json};
 
+/// Rounds of the short form.
 const ROUNDS: u64 = 20;
 const CLIENTS: u64 = 4;
+
+/// Rounds of this run; `cargo xtask faults --long` multiplies them.
+fn rounds() -> u64 {
+    let factor = std::env::var("BROOD_FAULT_ROUNDS").ok().and_then(|text| text.parse::<u64>().ok());
+    ROUNDS * factor.unwrap_or(1)
+}
 
 /// Request that can be sent again.
 #[derive(Clone)]
@@ -48,7 +57,8 @@ async fn no_acknowledged_generation_is_lost_when_the_server_is_killed_twenty_tim
     };
     let mut births: BTreeMap<u64, Value> = BTreeMap::new();
     let (mut retried, mut slowest) = (0, Duration::ZERO);
-    for round in 0..ROUNDS {
+    let rounds = rounds();
+    for round in 0..rounds {
         let unanswered = shoot(&mut server, &path, round, &mut births).await;
         let start = Instant::now();
         server.restart();
@@ -62,10 +72,10 @@ async fn no_acknowledged_generation_is_lost_when_the_server_is_killed_twenty_tim
         let listed = all_generations(&server, &path).await;
         compare(&births, &listed, round);
     }
-    assert!(births.len() as u64 > ROUNDS, "there was load: {} births", births.len());
+    assert!(births.len() as u64 > rounds, "there was load: {} births", births.len());
     let pictures = decode_pictures(&server, &births).await;
     println!(
-        "kill -9: {ROUNDS} rounds, {} generations acknowledged, 0 lost, 0 twice, {retried} sent again, \
+        "fault: kill -9: {rounds} rounds, {} generations acknowledged, 0 lost, 0 twice, {retried} sent again, \
          {pictures} pictures decoded, slowest start {} ms",
         births.len(),
         slowest.as_millis()
@@ -149,7 +159,7 @@ async fn every_picture_arrives_when_a_worker_is_killed_while_rendering() {
     let killed: usize = seen.iter().map(|round| round.0).sum();
     let pictures: usize = seen.iter().map(|round| round.1).sum();
     assert_eq!((killed, pictures), (3, 3 * 60));
-    println!("kill -9 of workers: {killed} killed, all of {pictures} pictures came");
+    println!("fault: kill -9 of workers: {killed} killed, all of {pictures} pictures came");
 }
 
 /// Returns the process of the worker that renders, once it waits for its next job: a picture has
@@ -181,7 +191,7 @@ async fn stopped_worker_is_replaced() {
         assert_eq!(answer.expect(200).picture().dimensions(), (32, 32));
     }
     assert!(server.log().contains("no longer reports"), "{}", server.log());
-    println!("stopped worker: pictures after {} ms", start.elapsed().as_millis());
+    println!("fault: stopped worker: pictures after {} ms", start.elapsed().as_millis());
 }
 
 #[cfg(target_os = "linux")]
@@ -201,7 +211,7 @@ async fn pictures_do_not_wait_for_the_lease_of_a_killed_worker() {
     }
     let elapsed = start.elapsed();
     assert!(elapsed < Duration::from_secs(15), "a lease lasts 20 s: {elapsed:?}");
-    println!("kill -9 of a worker with a lease: pictures after {} ms", elapsed.as_millis());
+    println!("fault: kill -9 of a worker with a lease: pictures after {} ms", elapsed.as_millis());
 }
 
 #[cfg(target_os = "linux")]

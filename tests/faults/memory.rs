@@ -33,7 +33,7 @@ async fn within<T>(
     let rest = memory_mib(process, "VmRSS:");
     let answer = requests.await;
     let peak = memory_mib(process, "VmHWM:").saturating_sub(rest);
-    println!("memory: {what}: {peak} MiB above {rest} MiB, at most {most_mib}");
+    println!("fault: memory: {what}: {peak} MiB above {rest} MiB, at most {most_mib}");
     assert!(peak <= most_mib, "{what}: {peak} MiB");
     answer
 }

@@ -69,7 +69,7 @@ async fn search_killed_five_times_ends_like_an_undisturbed_one() {
     assert_eq!(lines, log(text_of(&whole["id"])).await, "equal except for the durations");
     assert_eq!(lines.len(), GENERATIONS as usize, "no generation twice");
     println!(
-        "kill -9 of a search: {} times, after generations {killed:?}; the same population after {GENERATIONS}",
+        "fault: kill -9 during a search: {} times, after generations {killed:?}; the same population after {GENERATIONS}",
         killed.len()
     );
 }
@@ -102,5 +102,7 @@ async fn search_fails_when_every_worker_dies_running_it_and_the_next_one_succeed
     let next = begin(&server, &target).await;
     let next = server.job_once(&next, has_ended).await;
     assert_eq!(next["state"], "succeeded", "{next}");
-    println!("kill -9 of {killed} workers of one search: it failed, the next one did not");
+    println!(
+        "fault: kill -9 of every worker of a search: {killed} killed, it failed, the next one did not"
+    );
 }

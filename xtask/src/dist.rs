@@ -1,8 +1,9 @@
 //! `cargo xtask dist`: the files of a release, in `target/dist`.
 //!
-//! A tarball of the static binary with its systemd unit and container file, the Python wheel, and
-//! checksums of both. The binary is linked with musl, so that it runs on any Linux and in an empty
-//! container; it has no GPU backend, because GPU drivers are shared libraries.
+//! A tarball of the static binary with its systemd unit and container file, its bill of materials
+//! (CycloneDX), the Python wheel, and checksums of all. The binary is linked with musl, so that it
+//! runs on any Linux and in an empty container; it has no GPU backend, because GPU drivers are
+//! shared libraries.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -12,6 +13,7 @@ use std::process::Stdio;
 use anyhow::{Context, Result, bail, ensure};
 
 use crate::prerequisite::install_debian;
+use crate::sbom;
 use crate::shell;
 use crate::suite::target_directory;
 use crate::wheel;
@@ -20,9 +22,12 @@ use crate::wheel;
 const C_COMPILER: &str = "musl-gcc";
 
 /// Files that are in the tarball beside the binary.
-const FILES: [&str; 6] = [
+const FILES: [&str; 9] = [
     "packaging/brood.service",
     "packaging/Containerfile",
+    "packaging/grafana.json",
+    "docs/operations.md",
+    "SECURITY.md",
     "docs/install.md",
     "CHANGELOG.md",
     "LICENSE-APACHE",
@@ -48,12 +53,17 @@ pub fn run() -> Result<()> {
     pack(&out, &name, &tarball)?;
     std::fs::remove_dir_all(&folder).context("remove the packed folder")?;
 
+    let bill = format!("{name}.cdx.json");
+    let document = sbom::document(&musl(), &commit)?;
+    let document = serde_json::to_string_pretty(&document).context("write the bill")?;
+    std::fs::write(out.join(&bill), document + "\n").context("write the bill of materials")?;
+
     let wheel = wheel::build()?;
     let wheel_name = wheel.file_name().context("the wheel has a name")?;
     std::fs::copy(&wheel, out.join(wheel_name)).context("copy the wheel")?;
 
     let mut sums = shell::command("sha256sum");
-    sums.current_dir(&out).arg(&tarball).arg(wheel_name);
+    sums.current_dir(&out).args([&tarball, &bill]).arg(wheel_name);
     std::fs::write(out.join("SHA256SUMS"), shell::output(&mut sums)?).context("write the sums")?;
     println!("release of commit {commit} in {}:", out.display());
     shell::run(shell::command("ls").current_dir(&out).args(["-s", "--block-size=KiB"]))
@@ -61,7 +71,7 @@ pub fn run() -> Result<()> {
 
 /// Builds the binary without the GPU backend, linked with musl.
 fn static_binary(target: &Path) -> Result<PathBuf> {
-    let triple = format!("{}-unknown-linux-musl", std::env::consts::ARCH);
+    let triple = musl();
     if shell::find_program(C_COMPILER).is_none() {
         println!("missing: a C compiler for musl (Debian: musl-tools)");
         install_debian(&["musl-tools"])?;
@@ -74,6 +84,11 @@ fn static_binary(target: &Path) -> Result<PathBuf> {
     build.args(["--target", &triple]).env(format!("CC_{}", triple.replace('-', "_")), C_COMPILER);
     shell::run(&mut build)?;
     Ok(target.join(triple).join("release/brood"))
+}
+
+/// Target of the binary.
+fn musl() -> String {
+    format!("{}-unknown-linux-musl", std::env::consts::ARCH)
 }
 
 /// Copies the files of the tarball into a new folder.

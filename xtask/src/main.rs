@@ -8,10 +8,12 @@ mod bench;
 mod callgrind;
 mod dev;
 mod dist;
+mod faults;
 mod golden;
 mod mutants;
 mod prerequisite;
 mod python;
+mod sbom;
 mod shell;
 mod suite;
 mod tidy;
@@ -52,6 +54,9 @@ const USAGE: &str = "usage: cargo xtask <task>
                               measure the page over a slow network: time to pictures, requests, bytes
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
                               compare pictures of the same materials with those of another renderer
+  faults [--long | --minutes N]
+                              kill, stop and starve the server and its workers, fill its disk, measure its memory: a line
+                              of figures for each; --long: again and again for an hour
   mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
                               change the code in small ways and list the changes that no test detects
   wheel [--test]              build the Python package in the release profile into target/wheels;
@@ -83,6 +88,7 @@ fn main() -> ExitCode {
         ["bench", "live", options @ ..] => bench::live(options),
         ["bench", "far", options @ ..] => bench::far(options),
         ["bench", "look", options @ ..] => bench::look(options),
+        ["faults", options @ ..] => faults::run(options),
         ["mutants", options @ ..] => mutants::run(options),
         ["dist"] => dist::run(),
         ["wheel"] => wheel::run(),

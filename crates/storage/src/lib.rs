@@ -23,6 +23,7 @@
 //! ```
 
 mod check;
+mod checkpoint;
 mod compact;
 mod connection;
 mod error;

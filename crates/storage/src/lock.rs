@@ -27,12 +27,10 @@ impl DirectoryLock {
         std::os::unix::fs::DirBuilderExt::mode(&mut builder, 0o700);
         builder.create(dir).map_err(StorageError::Directory)?;
         let path = dir.join("brood.lock");
-        let file = File::options()
-            .create(true)
-            .truncate(false)
-            .write(true)
-            .open(&path)
-            .map_err(StorageError::Directory)?;
+        let mut options = File::options();
+        options.create(true).truncate(false).write(true);
+        let file = options.open(&path).map_err(StorageError::Directory)?;
+        keep_private(&path).map_err(StorageError::Directory)?;
         match file.try_lock() {
             Ok(()) => Self { _file: file, watched: Vec::new() }.watching(path),
             Err(TryLockError::WouldBlock) => Err(StorageError::Locked),
@@ -55,6 +53,22 @@ impl DirectoryLock {
         };
         self.watched.iter().all(same)
     }
+}
+
+/// Takes the permissions of other users off a file, whatever the directory is. SQLite gives the
+/// files beside the database the same permissions.
+pub(crate) fn keep_private(path: &Path) -> std::io::Result<()> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        let permissions = std::fs::metadata(path)?.permissions();
+        if permissions.mode() & 0o077 != 0 {
+            std::fs::set_permissions(path, PermissionsExt::from_mode(0o600))?;
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = path;
+    Ok(())
 }
 
 #[cfg(unix)]

@@ -11,7 +11,7 @@ use sqlx::{ConnectOptions, Connection, Sqlite, SqliteConnection, SqlitePool, Tra
 use tokio::task::JoinHandle;
 
 use crate::error::Result;
-use crate::lock::DirectoryLock;
+use crate::lock::{DirectoryLock, keep_private};
 use crate::row::{Record, record, select};
 use crate::writer::{CommitTimes, Durability, WriteFuture, Writer};
 use crate::{StorageError, connection};
@@ -36,6 +36,7 @@ struct Inner {
     /// Options of the connection that copies the database for [`Store::backup`].
     backup: SqliteConnectOptions,
     sqlite_version: String,
+    file: PathBuf,
 }
 
 record! {
@@ -120,8 +121,22 @@ impl Store {
         // VACUUM INTO is refused on a connection with `query_only`.
         let backup = connection::reading(file).pragma("query_only", "OFF");
         let task = Mutex::new(Some(task));
-        let inner = Inner { writer, task, readers, backup, sqlite_version };
+        let file = file.to_owned();
+        let inner = Inner { writer, task, readers, backup, sqlite_version, file };
         Ok(Self { inner: Arc::new(inner) })
+    }
+
+    /// Returns the size of the write-ahead log in bytes.
+    #[must_use]
+    pub fn log_bytes(&self) -> u64 {
+        self.inner.file.parent().map_or(0, log_bytes)
+    }
+
+    /// Returns the number of writes that were refused since the start: the disk was full or had
+    /// failed, or too many writes were waiting.
+    #[must_use]
+    pub fn refused_writes(&self) -> u64 {
+        self.inner.writer.refused()
     }
 
     /// Returns the version of the embedded SQLite library.
@@ -169,6 +184,7 @@ impl Store {
         // Creating the file first ensures that no existing file is overwritten. SQLite treats an
         // empty file as a new database.
         let claimed = std::fs::File::options().write(true).create_new(true).open(file);
+        let claimed = claimed.and_then(|claimed| keep_private(file).map(|()| claimed));
         let claimed = claimed.map_err(|error| match error.kind() {
             std::io::ErrorKind::AlreadyExists => {
                 StorageError::Conflict { what: "the backup file already exists" }
@@ -263,6 +279,14 @@ impl Opened {
             )));
         }
         let mut conn = connection::writing(&file, true).connect().await?;
+        for name in [FILE.to_owned(), format!("{FILE}-wal"), format!("{FILE}-shm")] {
+            match keep_private(&dir.join(name)) {
+                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+                    return Err(StorageError::Directory(error));
+                }
+                _ => {}
+            }
+        }
         connection::assert_writing(&mut conn).await?;
         let sqlite_version = connection::sqlite_version(&mut conn).await?;
         if unclean {

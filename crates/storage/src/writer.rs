@@ -9,13 +9,14 @@
 
 use std::pin::Pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use sqlx::{Connection, Row, SqliteConnection};
+use sqlx::{Connection, SqliteConnection};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::StorageError;
+use crate::checkpoint::{close_connection, run_checkpoint};
 use crate::error::{FailureScope, Result};
 use crate::lock::DirectoryLock;
 
@@ -146,6 +147,8 @@ enum Message {
 pub(crate) struct Writer {
     sender: mpsc::Sender<Message>,
     poisoned: Arc<AtomicBool>,
+    /// Number of writes refused since the start.
+    refused: Arc<AtomicU64>,
 }
 
 impl Writer {
@@ -166,7 +169,7 @@ impl Writer {
             checked: 0,
             copied_pages: 0,
         };
-        (Self { sender, poisoned }, tokio::spawn(task.run()))
+        (Self { sender, poisoned, refused: Arc::default() }, tokio::spawn(task.run()))
     }
 
     /// True if a write to the disk has failed.
@@ -187,11 +190,21 @@ impl Writer {
         let (answer, answered) = oneshot::channel();
         let operation = Box::new(Pending { operation, enqueued: Instant::now(), answer });
         let message = Message::Write(Request { durability, operation });
-        match self.sender.try_send(message) {
+        use StorageError::{Busy, Full, Gone, Poisoned};
+        let written = match self.sender.try_send(message) {
             Ok(()) => answered.await.unwrap_or_else(|_| Err(self.ended())),
-            Err(mpsc::error::TrySendError::Full(_)) => Err(StorageError::Busy),
+            Err(mpsc::error::TrySendError::Full(_)) => Err(Busy),
             Err(mpsc::error::TrySendError::Closed(_)) => Err(self.ended()),
+        };
+        if matches!(written, Err(Busy | Full | Gone | Poisoned)) {
+            self.refused.fetch_add(1, Ordering::Relaxed);
         }
+        written
+    }
+
+    /// Number of writes refused since the start.
+    pub(crate) fn refused(&self) -> u64 {
+        self.refused.load(Ordering::Relaxed)
     }
 
     /// Waits for pending writes, then closes the connection.
@@ -463,33 +476,6 @@ async fn begin(
     execute(conn, sql).await?;
     *synced = wanted;
     Ok(())
-}
-
-/// Closes the connection. The owner of the data directory also writes the log back.
-async fn close_connection(mut conn: SqliteConnection, owner: bool) -> Result<()> {
-    if owner {
-        match truncate_log(&mut conn).await {
-            Ok(true) => {}
-            Ok(false) => tracing::warn!("the log was not truncated because of an active reader"),
-            Err(error) => {
-                // Closing would try to write the log again: see `poison`.
-                std::mem::forget(conn);
-                return Err(error);
-            }
-        }
-    }
-    Ok(conn.close().await?)
-}
-
-/// Writes the log back and truncates it. Returns true if no reader blocked the checkpoint.
-async fn truncate_log(conn: &mut SqliteConnection) -> Result<bool> {
-    let row = sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(conn).await?;
-    Ok(row.try_get::<i64, _>(0)? == 0)
-}
-
-/// Runs a checkpoint pragma. Returns the number of pages in the log.
-async fn run_checkpoint(conn: &mut SqliteConnection, sql: &'static str) -> Result<i64> {
-    Ok(sqlx::query(sql).fetch_one(conn).await?.try_get(1)?)
 }
 
 async fn execute(conn: &mut SqliteConnection, sql: &'static str) -> Result<()> {

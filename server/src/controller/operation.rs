@@ -65,6 +65,9 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     }
     let (in_flight, memory_bytes) = app.pictures.cache.size();
     let (disk_bytes, pictures) = app.pictures.cache.disk().size();
+    app.metrics.gauge("brood_connections", &[], app.connections.len() as f64);
+    app.metrics.gauge("brood_log_bytes", &[], app.store.log_bytes() as f64);
+    app.metrics.gauge("brood_refused_writes", &[], app.store.refused_writes() as f64);
     app.metrics.gauge("brood_leases", &[], app.pictures.jobs.leases.len() as f64);
     app.metrics.gauge("brood_pictures_under_way", &[], in_flight as f64);
     app.metrics.gauge("brood_cache_memory_bytes", &[], memory_bytes as f64);

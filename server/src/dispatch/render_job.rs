@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
-    JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureKey, Queue, RenderItem,
-    RenderJob, RenderOutcome, RenderedPicture, WireError, decode,
+    JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureFormat, PictureKey,
+    Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError, decode,
 };
 use brood_scene::PixelArea;
 use brood_storage::{FIRST_EPOCH, JobState, StorageError};
@@ -18,7 +18,7 @@ use super::pictures::PictureService;
 use super::queue::WaitingWorker;
 use super::table::Renewed;
 use crate::clock::now_ms;
-use crate::picture::{Failure, check};
+use crate::picture::{Failure, check, decode as decode_picture};
 use crate::problem::{ApiError, quote};
 use crate::processors::run_blocking;
 
@@ -184,11 +184,16 @@ impl PictureService {
         .await
     }
 
-    /// Accepts the results of a lease.
+    /// Accepts the results of a lease. Pictures of workers that are not the server's own are
+    /// decoded.
     ///
     /// # Errors
     /// 409 if the lease is not valid any more, 422 if the results are not the requested pictures.
-    pub async fn results(self: &Arc<Self>, results: LeaseResults) -> Result<(), ApiError> {
+    pub async fn results(
+        self: &Arc<Self>,
+        results: LeaseResults,
+        is_own: bool,
+    ) -> Result<(), ApiError> {
         let lease = self.jobs.leases.end(&results.ticket).ok_or_else(stale)?;
         let job = lease.payload.job;
         let (pictures, work) = match results.outcome {
@@ -204,11 +209,22 @@ impl PictureService {
                 return Ok(self.store.complete(job, lease.ticket.epoch).await?);
             }
         };
-        if let Err(reason) = check_all(&lease.payload.work, &pictures) {
-            tracing::error!(%job, worker = %lease.worker, reason, "results are refused");
-            self.fail_job(&lease, "the worker sent invalid pictures").await?;
-            return Err(ApiError::refused(reason));
-        }
+        let checked = match check_all(&lease.payload.work, &pictures) {
+            Ok(()) if !is_own => {
+                let work = lease.payload.work.clone();
+                let decode = move || decode_all(&work, &pictures).map(|()| pictures);
+                run_blocking(decode).await?
+            }
+            checked => checked.map(|()| pictures),
+        };
+        let pictures = match checked {
+            Ok(pictures) => pictures,
+            Err(reason) => {
+                tracing::error!(%job, worker = %lease.worker, reason, "results are refused");
+                self.fail_job(&lease, "the worker sent invalid pictures").await?;
+                return Err(ApiError::refused(reason));
+            }
+        };
         let leased = lease.granted.elapsed();
         self.metrics.render_seconds.record(leased.as_secs_f64());
         self.metrics.rendered.increment(pictures.len() as u64);
@@ -258,18 +274,30 @@ fn check_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), Strin
     if expected != given {
         return Err("the results must be exactly the pictures of the job".to_owned());
     }
+    each(work, pictures, check)
+}
+
+/// Checks that pictures can be decoded.
+fn decode_all(work: &RenderJob, pictures: &[RenderedPicture]) -> Result<(), String> {
+    each(work, pictures, decode_picture)
+}
+
+/// Check of the bytes of a picture against its format and size.
+type PictureCheck = fn(&[u8], PictureFormat, (u32, u32)) -> Result<(), String>;
+
+/// Applies a check to each picture.
+fn each(work: &RenderJob, pictures: &[RenderedPicture], check: PictureCheck) -> Result<(), String> {
     let whole = PixelArea::whole(work.frame.size_px);
     let area = work.frame.area.unwrap_or(whole);
-    for picture in pictures {
+    pictures.iter().try_for_each(|picture| {
         check(&picture.bytes, work.frame.format, (area.width, area.height))
-            .map_err(|reason| format!("picture {}: {reason}", quote(&picture.key.to_string())))?;
-    }
-    Ok(())
+            .map_err(|reason| format!("picture {}: {reason}", quote(&picture.key.to_string())))
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use brood_protocol::{Backend, Frame, MeshSource, PackedProgram, PictureFormat, Subject};
+    use brood_protocol::{Backend, Frame, MeshSource, PackedProgram, Subject};
     use brood_scene::Scene;
 
     use super::*;

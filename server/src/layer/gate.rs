@@ -6,7 +6,7 @@ use axum::response::Response;
 use http::{HeaderMap, Method, header};
 
 use crate::access::Need;
-use crate::client::{Client, Peer};
+use crate::client::{Client, Peer, Stopping};
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -23,6 +23,11 @@ pub async fn gate(
     next: Next,
 ) -> Result<Response, ApiError> {
     let need = need(request.method(), request.uri().path());
+    // Workers still bring the results of running renders.
+    let goes_on = need == Need::Work || request.uri().path() == "/healthz";
+    if request.extensions().get::<Stopping>().is_some() && !goes_on {
+        return Err(ApiError::stopping("retry after the restart"));
+    }
     app.access.check(&app.store, need, token(request.headers())).await?;
     if app.stopping.is_cancelled() && matches!(need, Need::Breed | Need::Admin) {
         return Err(ApiError::stopping("retry after the restart"));

@@ -12,7 +12,7 @@ mod url;
 mod webp;
 
 pub use cache::{Failure, Lookup, PictureCache};
-pub use check::check;
+pub use check::{check, decode};
 pub use coalesce::Coalescer;
 pub use disk::{DiskCache, FOLDER as CACHE_FOLDER, check_pictures};
 pub use url::thumbnail_url;

@@ -8,6 +8,7 @@ mod circle;
 mod commit;
 mod duplicate;
 mod english;
+mod licence;
 mod link;
 mod source;
 mod type_name;
@@ -45,6 +46,7 @@ fn violations() -> Result<Vec<String>> {
     found.extend(source::violations(&root)?);
     found.extend(link::violations(&root)?);
     found.extend(duplicate::violations(&root)?);
+    found.extend(licence::violations()?);
     found.extend(commit::violations(&root));
     Ok(found)
 }

@@ -345,3 +345,19 @@ async fn file_is_rejected_when_foreign_or_newer() {
     let opened = Store::open(dir.path()).await;
     assert!(matches!(opened, Err(StorageError::Unsupported(_))), "{opened:?}");
 }
+
+#[cfg(unix)]
+#[tokio::test]
+async fn files_are_closed_to_other_users_whatever_the_directory_is() {
+    use std::os::unix::fs::PermissionsExt;
+
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::set_permissions(dir.path(), PermissionsExt::from_mode(0o755)).unwrap();
+    let store = Store::open(dir.path()).await.unwrap();
+    lineage(&store).await;
+    store.backup(&dir.path().join("copy.db")).await.unwrap();
+    for name in ["brood.db", "brood.db-wal", "brood.db-shm", "brood.lock", "copy.db"] {
+        let mode = std::fs::metadata(dir.path().join(name)).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600, "{name}");
+    }
+}

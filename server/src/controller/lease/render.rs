@@ -3,11 +3,12 @@
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{LeaseId, LeaseRequest, LeaseResults, LeaseTicket};
-use http::StatusCode;
+use http::{HeaderMap, StatusCode};
 
 use super::{Held, Message, check_same, for_logs, granted};
 use crate::dispatch::{claim_lease, release_lease};
 use crate::extract::Path;
+use crate::layer::token;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -50,10 +51,12 @@ pub async fn heartbeat(
 pub async fn results(
     State(app): State<App>,
     Path(id): Path<LeaseId>,
+    headers: HeaderMap,
     Message(results): Message<LeaseResults, { limit::LEASE_BYTES }>,
 ) -> Result<StatusCode, ApiError> {
     check_same(id, &results.ticket)?;
-    app.pictures.results(results).await?;
+    let is_own = token(&headers).is_some_and(|token| app.access.is_own_worker(token));
+    app.pictures.results(results, is_own).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
