@@ -2,10 +2,12 @@
 //! (the parent's included), and splits that time into stages.
 
 mod api;
+mod load;
 mod search;
 mod stage;
 
-use std::time::Instant;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, ensure};
 use brood_protocol::{Backend, Generation, Lineage, TOKEN_VARIABLE};
@@ -13,6 +15,7 @@ use clap::Args;
 use serde_json::{Value, json};
 
 use self::api::Api;
+use self::load::Load;
 use self::search::Searches;
 use self::stage::{Sample, figures, slowest, stages};
 use super::own_server::OwnServer;
@@ -43,6 +46,9 @@ pub struct BenchBreedArgs {
     /// with undisturbed ones
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=16))]
     searches: u16,
+    /// Breeds as many broods again while other clients ask for long work
+    #[arg(long, value_name = "LOAD", conflicts_with = "searches")]
+    beside: Option<Load>,
     /// Seed of the first brood; later broods use the numbers after it
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -51,6 +57,8 @@ pub struct BenchBreedArgs {
 /// Broods between pausing and resuming the searches: a few seconds, enough for a second generation
 /// of each search.
 const TURN: u32 = 100;
+/// Time for a load to fill the queues.
+const WARM_UP: Duration = Duration::from_secs(2);
 /// Number of slowest broods printed one by one.
 const SLOWEST: usize = 8;
 
@@ -92,7 +100,7 @@ struct Measured {
 
 /// Breeds all broods, each from a child of the last.
 async fn measure(args: &BenchBreedArgs, url: &str) -> Result<Measured> {
-    let api = Api::new(url, args.token.clone())?;
+    let api = Arc::new(Api::new(url, args.token.clone())?);
     let body = json!({ "name": "bench", "thumbnail_px": args.size });
     let (lineage, _): (Lineage, _) = api.post("/v1/lineages", &body).await?;
     let path = format!("/v1/lineages/{}/generations", lineage.id);
@@ -103,16 +111,25 @@ async fn measure(args: &BenchBreedArgs, url: &str) -> Result<Measured> {
     api.pictures(&generation).await?;
     let searches = Searches::begin(&api, args.searches).await?;
     let has_searches = args.searches > 0;
-    let all = if has_searches { 2 * args.count } else { args.count };
+    let has_company = has_searches || args.beside.is_some();
+    let all = if has_company { 2 * args.count } else { args.count };
     let bar = output::bar(all.into(), "breeding");
     let (mut alone, mut beside) = (Vec::new(), Vec::new());
-    let mut index = 0;
+    let (mut index, mut load) = (0, None);
     while index < all {
-        let is_beside = has_searches && (index / TURN) % 2 == 1;
-        if is_beside {
+        if let Some(kind) = args.beside
+            && index >= args.count
+            && load.is_none()
+        {
+            load = Some(kind.begin(&api, &generation));
+            tokio::time::sleep(WARM_UP).await;
+        }
+        let is_beside = load.is_some() || has_searches && (index / TURN) % 2 == 1;
+        if is_beside && has_searches {
             searches.resume(&api).await?;
         }
-        for _ in 0..TURN.min(all - index) {
+        let end = if load.is_none() && args.beside.is_some() { args.count } else { all };
+        for _ in 0..TURN.min(end - index) {
             let parents = &generation.individuals;
             let parent = parents[index as usize % parents.len()].id;
             let body = json!({ "parents": [parent], "seed": args.seed + 1 + u64::from(index) });
@@ -122,11 +139,12 @@ async fn measure(args: &BenchBreedArgs, url: &str) -> Result<Measured> {
             index += 1;
             bar.inc(1);
         }
-        if is_beside {
+        if is_beside && has_searches {
             searches.pause(&api).await?;
         }
     }
     bar.finish_and_clear();
+    drop(load);
     let generations = searches.end(&api).await?;
     let system: Value = api.get("/v1/system").await?;
     let backend = system.get("backend").cloned().unwrap_or_default();
@@ -167,10 +185,17 @@ impl Measured {
             "stages": alone,
             "slowest": slowest(&self.alone, SLOWEST),
         });
-        if !self.beside.is_empty() {
-            told["searches"] = args.searches.into();
-            told["search_generations"] = self.generations.into();
-            told["beside_searches"] = json!(by_key(&self.beside));
+        match args.beside {
+            Some(load) => {
+                told["beside"] = load.name().into();
+                told["beside_load"] = json!(by_key(&self.beside));
+            }
+            None if !self.beside.is_empty() => {
+                told["searches"] = args.searches.into();
+                told["search_generations"] = self.generations.into();
+                told["beside_searches"] = json!(by_key(&self.beside));
+            }
+            None => {}
         }
         told
     }
@@ -180,16 +205,19 @@ impl Measured {
         text += &rows(&self.alone);
         text += &slow_rows(&self.alone);
         if !self.beside.is_empty() {
-            text += &format!(
-                "\nas many broods while {} searches ran ({} generations), in turns of {TURN} broods\n",
-                args.searches, self.generations
-            );
+            text += &match args.beside {
+                Some(load) => format!("\nas many broods beside {}\n", load.name()),
+                None => format!(
+                    "\nas many broods while {} searches ran ({} generations), in turns of {TURN} broods\n",
+                    args.searches, self.generations
+                ),
+            };
             text += &rows(&self.beside);
             text += &slow_rows(&self.beside);
             let of = |samples: &[Sample]| figures(samples.iter().map(|sample| sample.total));
             let (alone, beside) = (of(&self.alone), of(&self.beside));
             text += &format!(
-                "\nrequest to last picture, with searches over without: median {:.2}, p99 {:.2}\n",
+                "\nrequest to last picture, beside over alone: median {:.2}, p99 {:.2} (goal: 2)\n",
                 beside.median_ms / alone.median_ms,
                 beside.p99_ms / alone.p99_ms
             );

@@ -46,6 +46,12 @@ impl Api {
         serde_json::from_slice(&self.send(request).await?.0).with_context(|| path.to_owned())
     }
 
+    /// Sends a GET and reads the answer.
+    pub async fn read(&self, path: &str) -> Result<()> {
+        self.send(self.http.get(format!("{}{path}", self.url))).await?;
+        Ok(())
+    }
+
     /// Sends a multipart POST; returns the parsed answer.
     pub async fn post_parts<T: DeserializeOwned>(
         &self,
