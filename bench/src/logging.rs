@@ -1,9 +1,9 @@
-//! Logging to stderr, filtered by `BROOD_LOG`. Services write at most a number of lines of one kind
-//! in a time, so that a fault that repeats does not fill the disk.
+//! Logging to stderr, filtered by `BROOD_LOG`. A service writes at most 20 lines of one kind in
+//! 10 s, so that a repeated failure does not fill the disk, and counts the others.
 
 use std::collections::HashMap;
 use std::io::IsTerminal;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use tracing::callsite::Identifier;
@@ -22,11 +22,12 @@ const WINDOW: Duration = Duration::from_secs(10);
 
 /// Starts logging for `serve` and `worker`.
 pub fn start_service() {
-    start(SERVICE, Some(LineLimit));
-    let summary = std::thread::Builder::new().name("log".to_owned()).spawn(|| {
+    let limit = LineLimit::default();
+    start(SERVICE, Some(limit.clone()));
+    let summary = std::thread::Builder::new().name("log".to_owned()).spawn(move || {
         loop {
             std::thread::sleep(WINDOW);
-            for (place, lines) in LineLimit::take_left_out() {
+            for (place, lines) in limit.take_left_out() {
                 tracing::warn!(target: "brood::log", place, lines, "more lines of this kind were left out");
             }
         }
@@ -50,10 +51,10 @@ fn start(default: &str, limit: Option<LineLimit>) {
     let _ = tracing_subscriber::registry().with(filter).with(lines.with_filter(limit)).try_init();
 }
 
-/// Filter that leaves out lines beyond [`LINES`] of one kind, a place in the code, in [`WINDOW`].
-/// Lines below `INFO` are not counted.
-#[derive(Debug, Default)]
-struct LineLimit;
+/// Filter that leaves out lines beyond [`LINES`] in [`WINDOW`] from one place in the code. Does not
+/// limit lines below `INFO`. Clones share the counts.
+#[derive(Debug, Clone, Default)]
+struct LineLimit(Arc<Mutex<HashMap<Identifier, Kind>>>);
 
 /// Lines of one kind in the current window.
 #[derive(Debug)]
@@ -64,16 +65,14 @@ struct Kind {
     place: String,
 }
 
-static KINDS: Mutex<Option<HashMap<Identifier, Kind>>> = Mutex::new(None);
-
 impl LineLimit {
     /// True if a line of this kind may be written at this time.
-    fn allows(metadata: &Metadata<'_>, now: Instant) -> bool {
+    fn allows(&self, metadata: &Metadata<'_>, now: Instant) -> bool {
         if *metadata.level() > Level::INFO {
             return true;
         }
-        let mut kinds = KINDS.lock().unwrap_or_else(PoisonError::into_inner);
-        let kind = kinds.get_or_insert_default().entry(metadata.callsite()).or_insert_with(|| {
+        let mut kinds = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kind = kinds.entry(metadata.callsite()).or_insert_with(|| {
             let line = metadata.line().unwrap_or(0);
             let place = format!("{}:{line}", metadata.module_path().unwrap_or("unknown"));
             Kind { since: now, lines: 0, left_out: 0, place }
@@ -88,9 +87,9 @@ impl LineLimit {
     }
 
     /// Returns the places whose lines were left out since the last call, with their number.
-    fn take_left_out() -> Vec<(String, u64)> {
-        let mut kinds = KINDS.lock().unwrap_or_else(PoisonError::into_inner);
-        let kinds = kinds.get_or_insert_default().values_mut().filter(|kind| kind.left_out > 0);
+    fn take_left_out(&self) -> Vec<(String, u64)> {
+        let mut kinds = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kinds = kinds.values_mut().filter(|kind| kind.left_out > 0);
         kinds.map(|kind| (kind.place.clone(), std::mem::take(&mut kind.left_out))).collect()
     }
 }
@@ -101,13 +100,12 @@ impl<S: Subscriber> Filter<S> for LineLimit {
     }
 
     fn event_enabled(&self, event: &Event<'_>, _: &Context<'_, S>) -> bool {
-        Self::allows(event.metadata(), Instant::now())
+        self.allows(event.metadata(), Instant::now())
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
     use std::sync::atomic::{AtomicU32, Ordering};
 
     use super::*;
@@ -124,7 +122,8 @@ mod tests {
     #[test]
     fn lines_of_one_kind_are_limited_and_the_others_are_counted() {
         let written = Arc::new(AtomicU32::new(0));
-        let lines = Written(written.clone()).with_filter(LineLimit);
+        let limit = LineLimit::default();
+        let lines = Written(written.clone()).with_filter(limit.clone());
         let subscriber = tracing_subscriber::registry().with(lines);
         tracing::subscriber::with_default(subscriber, || {
             for number in 0..100 {
@@ -134,9 +133,9 @@ mod tests {
             tracing::info!("seldom");
         });
         assert_eq!(written.load(Ordering::Relaxed), LINES + 100 + 1);
-        let left_out = LineLimit::take_left_out();
+        let left_out = limit.take_left_out();
         assert_eq!(left_out.iter().map(|(_, lines)| lines).sum::<u64>(), 80);
         assert!(left_out[0].0.starts_with("brood_bench::logging::tests:"), "{left_out:?}");
-        assert!(LineLimit::take_left_out().is_empty());
+        assert!(limit.take_left_out().is_empty());
     }
 }

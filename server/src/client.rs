@@ -42,7 +42,3 @@ impl Client {
 /// Address of the other end of a connection, an extension of its requests.
 #[derive(Debug, Clone, Copy)]
 pub struct Peer(pub IpAddr);
-
-/// Extension of requests on connections that were opened while the server stops.
-#[derive(Debug, Clone, Copy)]
-pub struct Stopping;

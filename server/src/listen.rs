@@ -16,16 +16,20 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 use tower::ServiceExt;
 
-use crate::client::{Peer, Stopping};
+use crate::client::Peer;
 use crate::connection::{DeadlineStream, GRACE, Requests};
 use crate::limit;
 use crate::state::App;
 
+/// Extension of requests on connections that were opened while the server stops.
+#[derive(Debug, Clone, Copy)]
+pub struct Stopping;
+
 /// Longest time of a connection that was opened while the server stops.
 const REFUSAL: Duration = Duration::from_secs(2);
 
-/// Accepts connections until the server stops, then waits a bounded time for the open ones. New
-/// ones are answered meanwhile that the server stops.
+/// Accepts connections until the server stops, then waits a bounded time for the open ones and
+/// answers new ones with 503.
 pub async fn serve(listener: TcpListener, router: Router, app: &App) {
     let (connections, graceful) = (TaskTracker::new(), GracefulShutdown::new());
     let (open, stopping) = (&app.connections, &app.stopping);

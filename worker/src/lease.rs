@@ -64,7 +64,8 @@ impl Interrupted {
 pub(crate) trait JobKind: Clone + Send + Sync + 'static {
     /// Name in logs.
     const NAME: &'static str;
-    /// Interval of the renewals of a lease. The server answers that a job is no longer wanted.
+    /// Interval between renewals of a lease. The server refuses a renewal if the job is no longer
+    /// wanted.
     const HEARTBEAT: Duration;
     /// Request for a job.
     type Request: ClaimRequest;

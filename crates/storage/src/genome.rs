@@ -192,20 +192,19 @@ impl Bases {
         if parents.is_empty() {
             return Ok(Self::default());
         }
-        let needy = rows(conn, &parents).await?.into_iter().filter(Row::needs_bases);
-        let needy: Vec<_> = needy.map(|row| row.hash).collect();
-        let repacks = children > BASES_MAX;
-        if repacks {
-            pack_alone(conn, &needy).await?;
+        if children > BASES_MAX {
+            pack_alone(conn, &parents).await?;
         }
-        let found = read(conn, &parents).await?;
-        let bytes = |hash| match found.get(&hash) {
-            Some(StoredGenome::Bytes(bytes)) if repacks || !needy.contains(&hash) => {
-                Some((hash, bytes.clone()))
+        let alone = rows(conn, &parents).await?.into_iter().filter(|row| !row.needs_bases());
+        let mut bases = Vec::new();
+        for row in alone {
+            let hash = row.hash;
+            if let StoredGenome::Bytes(bytes) = row.unpack(&HashMap::new())? {
+                bases.push((hash, bytes));
             }
-            _ => None,
-        };
-        Ok(Self(parents.into_iter().filter_map(bytes).collect()))
+        }
+        bases.sort_by_key(|(hash, _)| parents.iter().position(|parent| parent == hash));
+        Ok(Self(bases))
     }
 
     fn hashes(&self) -> Vec<u8> {
@@ -222,13 +221,12 @@ fn not_packed(error: std::io::Error) -> StorageError {
     StorageError::Unsupported(format!("cannot pack a genome: {error}"))
 }
 
-/// Packs stored genomes against none. Genomes that are stored as text stay as they are.
+/// Packs those of the genomes that are packed against others against none.
 pub(crate) async fn pack_alone(conn: &mut SqliteConnection, hashes: &[GenomeHash]) -> Result<()> {
-    if hashes.is_empty() {
-        return Ok(());
-    }
+    let packed = rows(conn, hashes).await?.into_iter().filter(Row::needs_bases);
+    let packed: Vec<_> = packed.map(|row| row.hash).collect();
     let alone = Bases::default();
-    for (hash, genome) in read(conn, hashes).await? {
+    for (hash, genome) in read(conn, &packed).await? {
         if let StoredGenome::Bytes(bytes) = genome {
             pack(conn, (hash, &bytes), &alone).await?;
         }

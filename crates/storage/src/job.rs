@@ -260,12 +260,14 @@ impl Store {
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
 
-    /// Returns the creation time of the oldest queued job, in milliseconds since 1970-01-01 UTC.
+    /// Returns the creation time of the oldest job that waits in a queue, in milliseconds since
+    /// 1970-01-01 UTC.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
-    pub async fn oldest_queued_ms(&self) -> Result<Option<i64>> {
-        let query = sqlx::query_scalar("SELECT min(created_ms) FROM job WHERE state = 'queued'");
+    pub async fn oldest_queued_ms(&self, queue: Queue) -> Result<Option<i64>> {
+        let sql = "SELECT min(created_ms) FROM job WHERE state = 'queued' AND queue = ?";
+        let query = sqlx::query_scalar(sql).bind(queue.name());
         Ok(query.fetch_one(&mut *self.reader().await?).await?)
     }
 

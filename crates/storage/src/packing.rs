@@ -1,8 +1,7 @@
 //! Packing of genomes: Zstandard with the genomes of up to two parents as dictionary, since most of
 //! a child's bytes are those of its parents.
 //!
-//! [docs/decisions/0071](../../../docs/decisions/0071-packed-genomes.md) has the alternatives and
-//! what was measured.
+//! [docs/decisions/0071](../../../docs/decisions/0071-packed-genomes.md) compares the alternatives.
 
 use std::io;
 

@@ -2,8 +2,8 @@
 //! references. It keeps hashes of parents in other lineages, genomes saved by hand, and pictures of
 //! programs that a remaining genome shares.
 //!
-//! The youngest generations go first, in transactions of about [`SLICE`], so that other writes wait
-//! no longer. If the process ends between two of them, the lineage is hidden and has lost its
+//! Removes the youngest generations first, in transactions of about [`SLICE`], so that other
+//! writes wait no longer than one. If the process ends between two of them, the lineage is hidden and has lost its
 //! youngest generations; purging it again removes the rest.
 
 use std::time::{Duration, Instant};
@@ -42,13 +42,12 @@ const FILL_CANDIDATES: &str = "INSERT INTO temp.purge_candidate
 /// Individuals and parent rows are deleted by cascade.
 const REMOVE_GENERATIONS: &str =
     "DELETE FROM generation WHERE id IN (SELECT id FROM temp.purged_generation)";
-/// Remaining genomes that are packed against others.
-const PACKED_SURVIVORS: &str = "SELECT hash FROM genome WHERE length(bases) > 0
-    AND hash IN (SELECT hash FROM temp.purge_candidate)";
+/// Returns the genomes that remain.
 const KEEP_REFERENCED: &str = "DELETE FROM temp.purge_candidate WHERE
     hash IN (SELECT hash FROM genome WHERE kept = 1)
     OR EXISTS (SELECT 1 FROM individual WHERE genome_hash = purge_candidate.hash)
-    OR EXISTS (SELECT 1 FROM generation_parent WHERE genome_hash = purge_candidate.hash)";
+    OR EXISTS (SELECT 1 FROM generation_parent WHERE genome_hash = purge_candidate.hash)
+    RETURNING hash";
 /// A picture belongs to a program: assign it to a remaining genome with the same program.
 const REASSIGN_PICTURES: &str = "UPDATE picture SET genome_hash = coalesce(
         (SELECT twin.hash FROM genome AS twin
@@ -127,17 +126,11 @@ async fn remove_slice(conn: &mut SqliteConnection, id: LineageId, count: u32) ->
     sqlx::query(CHOOSE_GENERATIONS).bind(id.key()).bind(count).execute(&mut *conn).await?;
     sqlx::query(FILL_CANDIDATES).execute(&mut *conn).await?;
     let removed = sqlx::query(REMOVE_GENERATIONS).execute(&mut *conn).await?;
-    let packed = sqlx::query(PACKED_SURVIVORS).fetch_all(&mut *conn).await?;
-    sqlx::query(KEEP_REFERENCED).execute(&mut *conn).await?;
-    let mut survivors = Vec::new();
-    for row in packed {
-        let hash: GenomeHash = row.column("hash")?;
-        let gone = sqlx::query("SELECT 1 FROM temp.purge_candidate WHERE hash = ?");
-        if gone.bind(hash.key()).fetch_optional(&mut *conn).await?.is_none() {
-            survivors.push(hash);
-        }
-    }
-    genome::pack_alone(conn, &survivors).await?;
+    let remaining = sqlx::query(KEEP_REFERENCED).fetch_all(&mut *conn).await?;
+    let remaining = remaining.iter().map(|row| row.column("hash"));
+    let remaining: Vec<GenomeHash> = remaining.collect::<Result<_>>()?;
+    // The genomes that they are packed against may be removed below, or by a later purge.
+    genome::pack_alone(conn, &remaining).await?;
     for sql in [REASSIGN_PICTURES, REMOVE_GENOMES].into_iter().chain(CLEAR) {
         sqlx::query(sql).execute(&mut *conn).await?;
     }

@@ -122,11 +122,11 @@ impl PictureService {
     }
 
     /// Returns the `Retry-After` of a 503 in seconds: the recent mean duration of jobs or the age
-    /// of the oldest queued job, whichever is longer.
+    /// of the oldest interactive job, whichever is longer.
     pub async fn retry_after_s(&self) -> u64 {
         let of_late = self.history.wait().unwrap_or_default();
         // The age is optional: an error of the store must not hide the 503.
-        let oldest = self.store.oldest_queued_ms().await.ok().flatten();
+        let oldest = self.store.oldest_queued_ms(Queue::Interactive).await.ok().flatten();
         let waited_ms = oldest.map_or(0, |made_ms| u64::try_from(now_ms() - made_ms).unwrap_or(0));
         whole_seconds(of_late.max(Duration::from_millis(waited_ms)))
     }

@@ -6,7 +6,8 @@ use axum::response::Response;
 use http::{HeaderMap, Method, header};
 
 use crate::access::Need;
-use crate::client::{Client, Peer, Stopping};
+use crate::client::{Client, Peer};
+use crate::listen::Stopping;
 use crate::problem::ApiError;
 use crate::state::App;
 

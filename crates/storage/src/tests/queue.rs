@@ -152,7 +152,7 @@ async fn job_is_leased_at_once_when_inserted_with_worker() {
     let (dir, store) = open().await;
     let lineage = lineage(&store).await;
     assert!(!store.any_queued(Queue::Interactive).await.unwrap());
-    assert_eq!(store.oldest_queued_ms().await.unwrap(), None);
+    assert_eq!(store.oldest_queued_ms(Queue::Interactive).await.unwrap(), None);
     let mut new = new_generation(lineage, &[], "a");
     let job = NewJob { leased_to: Some("w".to_owned()), ..job(Queue::Interactive) };
     let (id, created_ms) = (job.id, job.created_ms);
@@ -167,7 +167,7 @@ async fn job_is_leased_at_once_when_inserted_with_worker() {
     // that epoch counts.
     assert_eq!(store.release(id, FIRST_EPOCH, false).await.unwrap(), JobState::Queued);
     assert!(store.any_queued(Queue::Interactive).await.unwrap());
-    assert_eq!(store.oldest_queued_ms().await.unwrap(), Some(created_ms));
+    assert_eq!(store.oldest_queued_ms(Queue::Interactive).await.unwrap(), Some(created_ms));
     let claimed = claim(&store, "other").await.unwrap();
     assert_eq!((claimed.id, claimed.epoch), (id, FIRST_EPOCH + 1));
     assert!(store.complete(id, FIRST_EPOCH).await.is_err());
