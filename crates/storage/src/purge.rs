@@ -3,8 +3,8 @@
 //! programs that a remaining genome shares.
 //!
 //! Removes the youngest generations first, in transactions of about [`SLICE`], so that other
-//! writes wait no longer than one. If the process ends between two of them, the lineage is hidden and has lost its
-//! youngest generations; purging it again removes the rest.
+//! writes wait no longer than one. If the process ends between two of them, the lineage is hidden
+//! and has lost its youngest generations; purging it again removes the rest.
 
 use std::time::{Duration, Instant};
 
