@@ -9,7 +9,7 @@ pub enum Client {
     Token([u8; 32]),
     /// Address of a request without token.
     Address(IpAddr),
-    /// The server itself: work that no single request asked for.
+    /// The server itself, for work that belongs to no request.
     Server,
 }
 

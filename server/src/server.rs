@@ -229,7 +229,7 @@ impl Server {
     }
 }
 
-/// Returns 0 if the disk is full: reads must go on without a write at the start.
+/// Returns 0 if the disk is full, so that the server starts and serves reads.
 fn unless_full(requeued: Result<u64, StorageError>) -> Result<u64, StorageError> {
     match requeued {
         Err(StorageError::Full) => {

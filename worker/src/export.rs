@@ -43,9 +43,12 @@ struct ExportContext {
 }
 
 impl JobKind for ExportContext {
-    const NAME: &'static str = "export";
     const HEARTBEAT: Duration = HEARTBEAT;
     type Request = ExportRequest;
+
+    fn name(&self) -> &'static str {
+        "export"
+    }
 
     fn concurrent(&self) -> usize {
         1

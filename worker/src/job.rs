@@ -31,10 +31,16 @@ pub(crate) struct RenderContext {
 }
 
 impl JobKind for RenderContext {
-    const NAME: &'static str = "render";
     /// Short, because a job may be long and no longer wanted.
     const HEARTBEAT: Duration = Duration::from_millis(500);
     type Request = LeaseRequest;
+
+    fn name(&self) -> &'static str {
+        match self.queue {
+            Queue::Interactive => "render",
+            Queue::Batch => "batch render",
+        }
+    }
 
     /// One interactive job renders while the next is downloaded and waits.
     fn concurrent(&self) -> usize {

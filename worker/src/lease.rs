@@ -62,13 +62,14 @@ impl Interrupted {
 
 /// Kind of leased job, with the resources that a worker shares among its jobs.
 pub(crate) trait JobKind: Clone + Send + Sync + 'static {
-    /// Name in logs.
-    const NAME: &'static str;
     /// Interval between renewals of a lease. The server refuses a renewal if the job is no longer
     /// wanted.
     const HEARTBEAT: Duration;
     /// Request for a job.
     type Request: ClaimRequest;
+
+    /// Name in logs.
+    fn name(&self) -> &'static str;
 
     /// Number of concurrent jobs of a worker.
     fn concurrent(&self) -> usize;
@@ -94,7 +95,7 @@ pub(crate) async fn run_jobs<K: JobKind>(
     kind: K,
     shutdown: CancellationToken,
 ) -> Result<(), WorkerError> {
-    let mut jobs = JoinSet::new();
+    let (mut jobs, name) = (JoinSet::new(), kind.name());
     let result = tokio::select! {
         result = claim(client, worker, kind, &mut jobs) => result,
         () = shutdown.cancelled() => Ok(()),
@@ -102,8 +103,7 @@ pub(crate) async fn run_jobs<K: JobKind>(
     shutdown.cancel();
     let finished = async { while jobs.join_next().await.is_some() {} };
     if tokio::time::timeout(SHUTDOWN_GRACE, finished).await.is_err() {
-        let kind = K::NAME;
-        tracing::warn!(kind, "some leases were not returned in time; they will expire");
+        tracing::warn!(kind = name, "some leases were not returned in time; they will expire");
     }
     result
 }
@@ -118,14 +118,14 @@ async fn claim<K: JobKind>(
     let slots = Arc::new(Semaphore::new(kind.concurrent()));
     let wait_ms = u32::try_from(LONG_POLL.as_millis()).expect("seconds");
     let mut backoff = Backoff::default();
-    tracing::info!(server = client.server(), worker, kind = K::NAME, "requesting jobs");
+    tracing::info!(server = client.server(), worker, kind = kind.name(), "requesting jobs");
     loop {
         while jobs.try_join_next().is_some() {}
         let slot = slots.clone().acquire_owned().await.expect("the semaphore is never closed");
         match client.claim(&kind.request(worker, wait_ms)).await {
             Ok(grant) => {
                 if backoff.failures() >= WARN_AFTER_FAILURES {
-                    tracing::info!(kind = K::NAME, "the server responds again");
+                    tracing::info!(kind = kind.name(), "the server responds again");
                 }
                 backoff.reset();
                 if let Some(grant) = grant {
@@ -138,7 +138,7 @@ async fn claim<K: JobKind>(
             }
             Err(error @ ClientError::Refused(_)) => return Err(WorkerError::Refused(error)),
             Err(error) => {
-                let (wait, kind) = (backoff.next(), K::NAME);
+                let (wait, kind) = (backoff.next(), kind.name());
                 // A single failure is normal while a server restarts. Warn once if failures
                 // continue.
                 if backoff.failures() == WARN_AFTER_FAILURES {

@@ -68,10 +68,13 @@ struct SearchContext {
 }
 
 impl JobKind for SearchContext {
-    const NAME: &'static str = "search";
     /// Other searches wait for a time slice.
     const HEARTBEAT: Duration = HEARTBEAT;
     type Request = SearchRequest;
+
+    fn name(&self) -> &'static str {
+        "search"
+    }
 
     fn concurrent(&self) -> usize {
         4

@@ -1,6 +1,6 @@
-//! `cargo xtask faults`: the tests that harm the server while it works, with a line of figures for
-//! each. The short form is part of the test suite as well; `--long` repeats them, with ten times
-//! the rounds, for an hour.
+//! `cargo xtask faults`: runs the tests that kill processes, fill the disk and measure memory, and
+//! prints their figures. The short form is also part of the test suite; `--long` repeats the tests
+//! with ten times the rounds for an hour.
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::{shell, suite};
 
-/// Begin of the lines that tests print.
+/// Start of the lines with figures that tests print.
 const PREFIX: &str = "fault: ";
 const HOUR: Duration = Duration::from_secs(3600);
 /// Factor of the rounds of the long form.

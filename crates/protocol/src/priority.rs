@@ -5,7 +5,7 @@
 pub fn lower_thread_priority() {
     #[cfg(target_os = "linux")]
     if let Err(error) = rustix::process::nice(NICE) {
-        // Work at normal priority is slower for others, but not wrong.
+        // The work is done at normal priority instead.
         tracing::warn!(%error, "cannot lower the priority of a thread");
     }
 }

@@ -87,7 +87,7 @@ async fn damaged_genomes(
 ) -> Result<Vec<String>> {
     match genome::read(conn, hashes).await {
         Ok(found) => Ok(found.into_iter().filter_map(not_a_genome).collect()),
-        // It, or one that it is packed against.
+        // This genome is damaged, or one that it is packed against.
         Err(StorageError::Corrupt(_)) if hashes.len() == 1 => Ok(vec![is_damaged(hashes[0])]),
         Err(StorageError::Corrupt(_)) => {
             let mut problems = Vec::new();
@@ -100,7 +100,7 @@ async fn damaged_genomes(
     }
 }
 
-/// Returns why a stored genome is none, if so.
+/// Returns an error text if a stored genome is invalid.
 fn not_a_genome((hash, stored): (GenomeHash, StoredGenome)) -> Option<String> {
     let genome = match stored {
         StoredGenome::Bytes(bytes) => {

@@ -64,7 +64,7 @@ impl Store {
     }
 }
 
-/// Packs genomes against their parents, except parents. Returns the number of packed genomes.
+/// Packs the genomes that are not parents, against their parents. Returns their number.
 async fn pack_children(conn: &mut SqliteConnection, packed: impl Fn(u64)) -> Result<u64> {
     let (mut last, mut count) = (Vec::new(), 0);
     loop {
@@ -88,8 +88,7 @@ async fn pack_children(conn: &mut SqliteConnection, packed: impl Fn(u64)) -> Res
     }
 }
 
-/// Packs the remaining genomes against none. Returns the number of packed genomes, with `count`
-/// earlier ones.
+/// Packs the remaining genomes against none. Returns `count` plus their number.
 async fn pack_others(
     conn: &mut SqliteConnection,
     mut count: u64,

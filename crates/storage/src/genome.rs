@@ -171,9 +171,9 @@ pub(crate) async fn read(
 pub(crate) struct Bases(Vec<(GenomeHash, Vec<u8>)>);
 
 impl Bases {
-    /// Returns the bases for the children of a generation: its first parents. A parent that is
-    /// itself packed against others is packed against none first, which pays from three children
-    /// on; for fewer it is not used.
+    /// Returns the bases for the children of a generation: its first parents. For three children or
+    /// more, first packs parents against none that are packed against others; for fewer, which
+    /// would not save space, leaves those parents out.
     pub(crate) async fn of(
         conn: &mut SqliteConnection,
         generation: GenerationId,

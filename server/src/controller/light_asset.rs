@@ -164,8 +164,8 @@ fn check_pixels(bytes: &[u8]) -> Result<(), ApiError> {
         return Ok(());
     }
     let words = format!(
-        "an environment has at most {most} pixels, as many as 4096 x 2048; this one has {width} x \
-         {height}: scale it down"
+        "an environment has at most {most} pixels (4096 x 2048), this one has {width} x {height}: \
+         scale it down"
     );
     Err(ApiError::too_large(words))
 }

@@ -3,7 +3,7 @@
 //!
 //! Start-time fair queueing (Goyal, Vin and Cheng 1996): a job begins at the virtual time at which
 //! the last job of its client ends, but not before the virtual time of its queue, which is the
-//! begin of the job that was claimed last. The length of a job is the number of its rays.
+//! start of the job that was claimed last. The length of a job is the number of its rays.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, PoisonError};

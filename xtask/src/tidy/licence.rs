@@ -1,5 +1,5 @@
-//! Licences and sources of dependencies: brood is distributed as a binary, so each dependency must
-//! allow that under conditions that a list of licences meets, and come from crates.io.
+//! Licences and sources of dependencies. Each dependency comes from crates.io and has a licence of
+//! the list, under which brood can be distributed as a binary.
 
 use anyhow::{Context, Result};
 use serde_json::Value;
@@ -53,12 +53,12 @@ fn text<'v>(package: &'v Value, field: &str) -> &'v str {
     package[field].as_str().unwrap_or("")
 }
 
-/// True if the licences in a choice that an expression offers are all allowed. Older crates write a
-/// slash for OR.
+/// True if an SPDX expression can be met by allowed licences alone. Older crates write a slash for
+/// OR.
 fn is_allowed(expression: &str) -> bool {
     let expression = expression.replace('/', " OR ");
     let (mut rest, mut depth) = (Vec::new(), 0);
-    // Terms of the outer AND: OR binds less than AND, so parts in brackets are checked first.
+    // Replaces each bracketed part by a licence that is allowed or not; AND binds tighter than OR.
     let mut plain = String::new();
     for sign in expression.chars() {
         match sign {
