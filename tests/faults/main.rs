@@ -9,10 +9,18 @@
 )]
 
 #[cfg(target_os = "linux")]
+mod calls;
+#[cfg(target_os = "linux")]
+mod clock;
+#[cfg(target_os = "linux")]
 mod disk;
 mod growth;
 #[cfg(target_os = "linux")]
+mod layer;
+#[cfg(target_os = "linux")]
 mod memory;
+#[cfg(target_os = "linux")]
+mod power;
 #[cfg(target_os = "linux")]
 mod search;
 
@@ -32,6 +40,17 @@ const CLIENTS: u64 = 4;
 fn rounds() -> u64 {
     let factor = std::env::var("BROOD_FAULT_ROUNDS").ok().and_then(|text| text.parse::<u64>().ok());
     ROUNDS * factor.unwrap_or(1)
+}
+
+/// Returns a function that draws a number below its argument.
+#[cfg(target_os = "linux")]
+fn draw(seed: u64) -> impl FnMut(u64) -> u64 {
+    let mut state = seed;
+    move |below| {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % below
+    }
 }
 
 /// Request that can be sent again.

@@ -4,7 +4,7 @@
 //! test has failed.
 
 use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc;
 use std::sync::{Arc, Mutex};
@@ -30,12 +30,14 @@ pub struct ServerOptions {
     pub workers: u32,
     /// Further arguments.
     pub arguments: Vec<String>,
+    /// Environment variables.
+    pub environment: Vec<(&'static str, PathBuf)>,
 }
 
 impl Default for ServerOptions {
     /// One worker on the CPU: enough for most tests, and quick to start.
     fn default() -> Self {
-        Self { backend: "cpu", workers: 1, arguments: Vec::new() }
+        Self { backend: "cpu", workers: 1, arguments: Vec::new(), environment: Vec::new() }
     }
 }
 
@@ -131,6 +133,15 @@ impl TestServer {
         self.wait()
     }
 
+    /// Returns the exit code if the server has ended by itself.
+    ///
+    /// # Panics
+    /// Never in practice: a child can be asked for its end.
+    pub fn ended(&mut self) -> Option<i32> {
+        let status = self.child.try_wait().expect("a child can be asked for its end");
+        status.map(|status| status.code().unwrap_or(-1))
+    }
+
     /// Waits until the server ends by itself; returns its exit code.
     ///
     /// # Panics
@@ -139,8 +150,8 @@ impl TestServer {
     pub fn wait(&mut self) -> i32 {
         let deadline = Instant::now() + Duration::from_secs(30);
         loop {
-            if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
-                return status.code().unwrap_or(-1);
+            if let Some(code) = self.ended() {
+                return code;
             }
             assert!(Instant::now() < deadline, "the server did not end\n{}", self.log());
             std::thread::sleep(Duration::from_millis(20));
@@ -258,6 +269,7 @@ fn spawn(options: &ServerOptions, data: &Path, log: &Arc<Mutex<String>>) -> (Chi
         .arg("--data")
         .arg(data)
         .args(&options.arguments)
+        .envs(options.environment.iter().map(|(name, value)| (name, value)))
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
