@@ -50,12 +50,16 @@ pub const LEASE_BYTES: usize = 512 << 20;
 pub const SEARCH_REPORT_BYTES: usize = 256 << 20;
 /// Memory budget of all clients' bodies in bytes, without the first [`BODY_FREE`] of each.
 pub const BODIES_BYTES: usize = 256 << 20;
+/// Most bodies larger than [`BODY_FREE`] that one client may send at the same time.
+pub const CLIENT_BODIES: usize = 16;
 /// Memory budget of all workers' messages in bytes, separate so that clients cannot block workers.
 pub const MESSAGES_BYTES: usize = LEASE_BYTES;
 /// Bytes of each body outside the budget; bounded by [`CONNECTIONS`].
 pub const BODY_FREE: usize = JSON_BYTES;
 /// Most children of a generation.
 pub const CHILDREN: u32 = 256;
+/// Most individuals on a page of generations, unless one generation has more.
+pub const PAGE_INDIVIDUALS: u32 = 2048;
 /// Most items per page of a list.
 pub const PAGE: u32 = 200;
 /// Default number of items per page.

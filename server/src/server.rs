@@ -68,7 +68,7 @@ impl Server {
             .local_addr()
             .map_err(|source| ServerError::Bind { address: config.listen, source })?;
         let hosts = HostNames::new(address.ip(), &config.allow_hosts)?;
-        let store = Store::open(&config.data).await?;
+        let store = Store::open_unchecked(&config.data).await?;
         let loopback = address.ip().is_loopback();
         if !loopback && !store.any_token().await? {
             store.close().await?;
@@ -208,6 +208,7 @@ impl Server {
         background.spawn(run_maintenance(app.clone()));
         let written = CancellationToken::new();
         let writer = tokio::spawn(write_pictures(app.clone(), writes, written.clone()));
+        let check = tokio::spawn(check_after_crash(app.clone()));
 
         listen::serve(listener, route::router(app.clone()), &app).await;
 
@@ -223,7 +224,14 @@ impl Server {
         if let Err(error) = writer.await {
             tracing::warn!(%error, "the picture cache was not written completely");
         }
-        app.store.clone().close().await.map_err(ServerError::Closing)?;
+        let closed = app.store.clone().close().await.map_err(ServerError::Closing);
+        // A check that is still running ends with the process; the next start repeats it.
+        if check.is_finished()
+            && let Ok(Err(damage)) = check.await
+        {
+            return Err(damage.into());
+        }
+        closed?;
         tracing::info!("stopped");
         Ok(())
     }
@@ -260,9 +268,24 @@ impl WorkerReaper {
 
 /// Ends leases of all kinds and requeues their jobs.
 async fn end_all_leases(app: &App, end: LeaseEnd<'_>) {
-    end_leases(&*app.pictures, end).await;
-    end_leases(&*app.searches, end).await;
-    end_leases(&*app.exports, end).await;
+    let mut workers = end_leases(&*app.pictures, end).await;
+    workers.extend(end_leases(&*app.searches, end).await);
+    workers.extend(end_leases(&*app.exports, end).await);
+    match end {
+        LeaseEnd::Expired => workers.iter().for_each(|worker| app.workers.lost(worker)),
+        LeaseEnd::Death(worker) => app.workers.gone(worker),
+        LeaseEnd::Shutdown => {}
+    }
+}
+
+/// Checks the database after an unclean shutdown, and stops the server if it is damaged.
+async fn check_after_crash(app: App) -> Result<(), StorageError> {
+    let checked = app.store.check_after_crash().await;
+    if let Err(error) = &checked {
+        tracing::error!(%error, "the check after an unclean shutdown failed; stopping");
+        app.stopping.cancel();
+    }
+    checked
 }
 
 /// Runs the periodic maintenance.

@@ -238,13 +238,16 @@ pub struct Breed {
     pub parents: Vec<ParentRef>,
     /// Number of children, 1 to 256. Default: 20.
     #[serde(default = "default_count")]
+    #[schema(minimum = 1, maximum = 256)]
     pub count: u32,
     /// Visible amount of mutation: mean difference of children from their parent, from just
     /// noticeable at 0.02 to unrelated at 1. Default: 0.3.
     #[serde(default = "default_mutation")]
+    #[schema(minimum = 0, maximum = 1)]
     pub mutation: f32,
     /// Expected share of the second parent's blocks, 0 to 1. Default: 0.5.
     #[serde(default = "default_recombination")]
+    #[schema(minimum = 0, maximum = 1)]
     pub recombination: f32,
     /// Effort for variety. Default: `distinct`.
     #[serde(default)]
@@ -258,6 +261,7 @@ pub struct Breed {
     /// Colour saturation of the children, from 0 (grey) to 1 (unchanged). Default: that of the
     /// first parent, or the lineage's default.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 0, maximum = 1)]
     pub saturation: Option<f32>,
     /// True to put the children under the energy limit. Default: as the first parent, or the
     /// lineage's default.

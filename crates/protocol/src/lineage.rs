@@ -21,6 +21,7 @@ pub struct CreateLineage {
     pub scene: Option<SceneId>,
     /// Side of the thumbnails in pixels, 16 to 1024. Default: 256.
     #[serde(default = "default_thumbnail_px")]
+    #[schema(minimum = 16, maximum = 1024)]
     pub thumbnail_px: u32,
     /// Source of random children: `believable` (programs like measured materials), `models`
     /// (reflectance models), `painted` (colours by the amount of light) or `wild` (random
@@ -34,6 +35,7 @@ pub struct CreateLineage {
     /// Colour saturation of random children, from 0 (grey) to 1 (unchanged). Default: 1, the only
     /// value for the start `painted`.
     #[serde(default = "default_saturation")]
+    #[schema(minimum = 0, maximum = 1)]
     pub saturation: f32,
     /// True to put random children under the energy limit. Default: false; true for the start
     /// `believable`. Must not be true for `painted`.
@@ -73,6 +75,7 @@ pub struct PatchLineage {
     /// New scene, for all thumbnails of the lineage.
     pub scene: Option<SceneId>,
     /// New colour saturation of random children, 0 to 1.
+    #[schema(minimum = 0, maximum = 1)]
     pub saturation: Option<f32>,
     /// New default for the energy limit of random children.
     pub energy_limit: Option<bool>,

@@ -30,13 +30,17 @@ pub struct CreateSearch {
     /// Seed of the search. Default: 1.
     pub seed: Option<Seed>,
     /// Number of threads, 1 to 256. Default: all threads of the worker. Does not affect the result.
+    #[schema(minimum = 1, maximum = 256)]
     pub threads: Option<u64>,
     /// Time budget in seconds, above 0 and at most 604,800 (7 days).
+    #[schema(exclusive_minimum = 0, maximum = 604_800)]
     pub seconds: Option<f64>,
     /// Number of generations, 1 to 100,000. The result is the same on every machine.
+    #[schema(minimum = 1, maximum = 100_000)]
     pub generations: Option<u64>,
     /// Number of evaluated candidates, 1 to 10^12. The search ends after the generation that
     /// reaches it. The result is the same on every machine.
+    #[schema(minimum = 1, maximum = 1_000_000_000_000_u64)]
     pub evaluations: Option<u64>,
     /// Error at which the search ends before its budget is used up: E_log on the validation
     /// samples, above 0. Default: none.

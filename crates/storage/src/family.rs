@@ -13,21 +13,21 @@ use crate::{Store, StoredIndividual};
 const MAX_ANCESTORS: usize = 10_000;
 
 /// Broods with the individual as a parent, then broods with parents in those broods, each brood
-/// once. At most 10,000 broods; later ones are not found.
+/// once. At most 10,000 broods; later ones are not found. Broods are ordered by age, so that
+/// children are read only until the page is full.
 const DESCENDANTS: &str = "WHERE individual.generation_id IN (
          WITH RECURSIVE brood (id) AS (
              SELECT generation_id FROM generation_parent WHERE individual_id = ?1
              UNION
              SELECT child.generation_id
              FROM brood
-             JOIN individual AS parent ON parent.generation_id = brood.id
-             JOIN generation_parent AS child ON child.individual_id = parent.id
+             JOIN generation_parent AS child ON child.parent_generation_id = brood.id
              LIMIT 10000
          )
          SELECT id FROM brood
      )
-     AND (?2 IS NULL OR individual.id > ?2)
-     ORDER BY individual.id LIMIT ?3";
+     AND (?2 IS NULL OR (individual.generation_id, individual.slot) > (?2, ?4))
+     ORDER BY individual.generation_id, individual.slot LIMIT ?3";
 
 impl Store {
     /// Returns the ancestors of an individual, without itself: parents first, then grandparents, up
@@ -70,7 +70,7 @@ impl Store {
     /// cursor, from at most 10,000 broods.
     ///
     /// # Errors
-    /// Returns `StorageError::NotFound` if the individual does not exist.
+    /// Returns `StorageError::NotFound` if the individual or that of the cursor does not exist.
     pub async fn descendants(
         &self,
         id: IndividualId,
@@ -79,8 +79,16 @@ impl Store {
     ) -> Result<Vec<StoredIndividual>> {
         let mut conn = self.snapshot().await?;
         fetch(&mut conn, id).await?;
-        let query = select_individuals(DESCENDANTS).bind(id.key()).bind(optional_key(cursor));
-        let rows = query.bind(limit).fetch_all(&mut *conn).await?;
+        let after = match cursor {
+            Some(cursor) => Some(fetch(&mut conn, cursor).await?),
+            None => None,
+        };
+        let query = select_individuals(DESCENDANTS)
+            .bind(id.key())
+            .bind(optional_key(after.as_ref().map(|one| one.generation)))
+            .bind(limit)
+            .bind(after.map_or(0, |one| one.slot));
+        let rows = query.fetch_all(&mut *conn).await?;
         with_parents(&mut conn, &rows).await
     }
 }

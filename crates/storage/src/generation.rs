@@ -193,6 +193,24 @@ impl Store {
         rows.iter().map(|row| Ok((row.column("id")?, row.column("position")?))).collect()
     }
 
+    /// Returns how many of the next `limit` generations have at most `individuals` together, but at
+    /// least 1.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the read fails.
+    pub async fn generations_within(
+        &self,
+        lineage: LineageId,
+        after_index: Option<u64>,
+        limit: u32,
+        individuals: u32,
+    ) -> Result<u32, StorageError> {
+        let query = sqlx::query(WITHIN).bind(lineage.key()).bind(after_index.map_or(-1, signed));
+        let query = query.bind(limit).bind(individuals);
+        let row = query.fetch_one(&mut *self.reader().await?).await?;
+        Ok(row.column::<u32>("within")?.max(1))
+    }
+
     /// Lists the generations of a lineage, the oldest first, those after `after_index`.
     ///
     /// # Errors
@@ -212,6 +230,14 @@ impl Store {
         read_with_relations(&mut conn, &rows).await
     }
 }
+
+/// Number of generations at a place in a lineage whose individuals are at most so many together.
+const WITHIN: &str = "SELECT count(*) AS within FROM (
+         SELECT sum(children) OVER (ORDER BY position) AS total FROM (
+             SELECT position,
+                 (SELECT count(*) FROM individual WHERE generation_id = generation.id) AS children
+             FROM generation WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?))
+     WHERE total <= ?";
 
 /// Inserts a generation with everything that belongs to it.
 pub(crate) async fn insert(
@@ -286,8 +312,9 @@ async fn insert_parents(
     for (place, parent) in (0_i64..).zip(parents) {
         let query = match parent {
             ParentRef::Individual(id) => sqlx::query(
-                "INSERT INTO generation_parent (generation_id, place, genome_hash, individual_id)
-                 SELECT ?1, ?2, genome_hash, id FROM individual WHERE id = ?3",
+                "INSERT INTO generation_parent
+                     (generation_id, place, genome_hash, individual_id, parent_generation_id)
+                 SELECT ?1, ?2, genome_hash, id, generation_id FROM individual WHERE id = ?3",
             )
             .bind(generation.key())
             .bind(place)

@@ -22,6 +22,7 @@
 //! # }).unwrap();
 //! ```
 
+mod backup;
 mod check;
 mod checkpoint;
 mod compact;

@@ -9,7 +9,7 @@ use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
 use crate::idempotency::{self, Idempotency};
-use crate::row::{Key, Record, optional_key, record, select, signed};
+use crate::row::{Key, Record, json_set, optional_key, record, select, signed};
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
@@ -52,7 +52,7 @@ impl FromStr for LineageCursor {
 }
 
 /// Rows per read of a search.
-const SEARCH_BATCH: u32 = 200;
+const SEARCH_BATCH: u32 = 1000;
 
 /// Selection of lineages for a list.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -71,13 +71,21 @@ impl LineageFilter {
         Self { hidden, words }
     }
 
-    fn selects(&self, lineage: &Lineage) -> bool {
-        if self.words.is_empty() {
-            return true;
-        }
-        let Lineage { name, notes, tags, .. } = lineage;
+    fn selects(&self, text: &LineageText) -> bool {
+        let LineageText { name, notes, tags, .. } = text;
         let text = format!("{name}\n{notes}\n{}", tags.join("\n")).to_lowercase();
         self.words.iter().all(|word| text.contains(word))
+    }
+}
+
+record! {
+    /// What a search reads of each lineage.
+    struct LineageText {
+        id: LineageId,
+        name: String,
+        notes: String,
+        tags: Vec<String> = "tags_json",
+        created_ms: i64,
     }
 }
 
@@ -94,7 +102,8 @@ record!(Lineage {
     dialect = "dialect_json",
     saturation,
     energy_limit,
-    generations = "(SELECT count(*) FROM generation WHERE lineage_id = lineage.id)",
+    // Positions have no gaps; counting would read them all.
+    generations = "(SELECT coalesce(max(position) + 1, 0) FROM generation WHERE lineage_id = lineage.id)",
     favourites = "(SELECT count(*) FROM individual WHERE lineage_id = lineage.id AND favourite = 1)",
     created_ms,
     version,
@@ -126,24 +135,19 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn list_lineages(
         &self,
-        mut cursor: Option<LineageCursor>,
+        cursor: Option<LineageCursor>,
         limit: u32,
         filter: &LineageFilter,
     ) -> Result<Vec<Lineage>> {
         let mut conn = self.snapshot().await?;
-        let mut found = Vec::new();
-        // A search reads batches until it has enough: SQLite folds only the case of ASCII letters.
-        let batch = if filter.words.is_empty() { limit } else { limit.max(SEARCH_BATCH) };
-        loop {
-            let read = fetch_after(&mut conn, cursor, batch, filter.hidden).await?;
-            let is_last = read.len() < batch as usize;
-            cursor = read.last().map(LineageCursor::of);
-            found.extend(read.into_iter().filter(|one| filter.selects(one)));
-            if is_last || found.len() >= limit as usize {
-                found.truncate(limit as usize);
-                return Ok(found);
-            }
+        if filter.words.is_empty() {
+            return fetch_after(&mut conn, cursor, limit, filter.hidden).await;
         }
+        let found = search(&mut conn, cursor, limit, filter).await?;
+        let rest = "FROM lineage WHERE id IN (SELECT unhex(value) FROM json_each(?))
+             ORDER BY created_ms DESC, id DESC";
+        let query = select::<Lineage>(rest).bind(json_set(&found));
+        query.fetch_all(&mut *conn).await?.iter().map(Lineage::read).collect()
     }
 
     /// Returns a lineage, hidden or not.
@@ -208,16 +212,39 @@ impl Store {
     }
 }
 
+/// Searches for the ids of at most `limit` lineages, the newest first. Reads batches until it has
+/// enough: SQLite folds only the case of ASCII letters.
+async fn search(
+    conn: &mut SqliteConnection,
+    mut cursor: Option<LineageCursor>,
+    limit: u32,
+    filter: &LineageFilter,
+) -> Result<Vec<LineageId>> {
+    let mut found = Vec::new();
+    loop {
+        let read: Vec<LineageText> = fetch_after(conn, cursor, SEARCH_BATCH, filter.hidden).await?;
+        let is_last = read.len() < SEARCH_BATCH as usize;
+        let position =
+            |last: &LineageText| LineageCursor { created_ms: last.created_ms, id: last.id };
+        cursor = read.last().map(position);
+        found.extend(read.iter().filter(|text| filter.selects(text)).map(|text| text.id));
+        if is_last || found.len() >= limit as usize {
+            found.truncate(limit as usize);
+            return Ok(found);
+        }
+    }
+}
+
 /// Reads a batch of lineages, the newest first.
-async fn fetch_after(
+async fn fetch_after<T: Record>(
     conn: &mut SqliteConnection,
     cursor: Option<LineageCursor>,
     limit: u32,
     hidden: Option<bool>,
-) -> Result<Vec<Lineage>> {
+) -> Result<Vec<T>> {
     // Two statements, so that SQLite starts at the cursor in the index.
     let after = if cursor.is_some() { "AND (created_ms, id) < (?3, ?4)" } else { "" };
-    let mut query = select::<Lineage>(&format!(
+    let mut query = select::<T>(&format!(
         "FROM lineage WHERE hidden = coalesce(?1, hidden) {after}
          ORDER BY created_ms DESC, id DESC LIMIT ?2"
     ));
@@ -225,7 +252,7 @@ async fn fetch_after(
     if let Some(LineageCursor { created_ms, id }) = cursor {
         query = query.bind(created_ms).bind(id.key().to_vec());
     }
-    query.fetch_all(conn).await?.iter().map(Lineage::read).collect()
+    query.fetch_all(conn).await?.iter().map(T::read).collect()
 }
 
 fn tags_json(tags: &[String]) -> String {

@@ -159,14 +159,14 @@ pub(crate) async fn insert_rows<T>(
 macro_rules! record {
     (
         $(#[$meta:meta])*
-        pub struct $name:ident {
-            $($(#[$doc:meta])* pub $field:ident: $type:ty $(= $sql:literal)?,)+
+        $vis:vis struct $name:ident {
+            $($(#[$doc:meta])* $field_vis:vis $field:ident: $type:ty $(= $sql:literal)?,)+
         }
         $(and { $($(#[$other_doc:meta])* pub $other:ident: $other_type:ty,)+ })?
     ) => {
         $(#[$meta])*
-        pub struct $name {
-            $($(#[$doc])* pub $field: $type,)+
+        $vis struct $name {
+            $($(#[$doc])* $field_vis $field: $type,)+
             $($($(#[$other_doc])* pub $other: $other_type,)+)?
         }
 

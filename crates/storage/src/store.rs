@@ -1,19 +1,21 @@
-//! The store: opening, closing, backup, row counts, and access to the read and write connections.
+//! The store: opening, closing, row counts, and access to the read and write connections.
 //! The methods for each kind of record are in the other modules.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use sqlx::pool::PoolConnection;
-use sqlx::sqlite::{SqliteConnectOptions, SqlitePoolOptions};
+use sqlx::sqlite::SqlitePoolOptions;
 use sqlx::{ConnectOptions, Connection, Sqlite, SqliteConnection, SqlitePool, Transaction};
 use tokio::task::JoinHandle;
 
 use crate::error::Result;
 use crate::lock::{DirectoryLock, keep_private};
 use crate::row::{Record, record, select};
-use crate::writer::{CommitTimes, Durability, WriteFuture, Writer};
+use crate::writer::{CommitTimes, Durability, WriteFuture, Writer, operation};
 use crate::{StorageError, connection};
 
 const FILE: &str = "brood.db";
@@ -33,10 +35,12 @@ struct Inner {
     /// Writer task; `None` after [`Store::close`].
     task: Mutex<Option<JoinHandle<()>>>,
     readers: SqlitePool,
-    /// Options of the connection that copies the database for [`Store::backup`].
-    backup: SqliteConnectOptions,
     sqlite_version: String,
     file: PathBuf,
+    /// True until the check after an unclean shutdown has passed.
+    unchecked: AtomicBool,
+    /// Files that stay open until the connections are closed.
+    kept: Mutex<Vec<File>>,
 }
 
 record! {
@@ -78,8 +82,58 @@ impl Store {
     /// [`StorageError::Unsupported`] if it belongs to another version, [`StorageError::Corrupt`] if
     /// the check fails, [`StorageError::Directory`] if it is not accessible.
     pub async fn open(dir: &Path) -> Result<Self> {
-        let Opened { conn, lock, file, sqlite_version } = Opened::take(dir).await?;
-        Self::start(conn, &file, Some(lock), sqlite_version).await
+        let store = Self::open_unchecked(dir).await?;
+        if let Err(error) = store.check_after_crash().await {
+            // Without closing: the log stays, so that the next start checks again.
+            store.inner.readers.close().await;
+            return Err(error);
+        }
+        Ok(store)
+    }
+
+    /// As [`Store::open`], but leaves the check to [`Store::check_after_crash`], so that the store
+    /// can be used meanwhile.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub async fn open_unchecked(dir: &Path) -> Result<Self> {
+        let Opened { conn, lock, file, sqlite_version, unclean } = Opened::take(dir).await?;
+        let store = Self::start(conn, &file, Some(lock), sqlite_version).await?;
+        store.inner.unchecked.store(unclean, Ordering::Release);
+        Ok(store)
+    }
+
+    /// True if the last process did not call [`Store::close`] and the check has not passed yet.
+    #[must_use]
+    pub fn is_unchecked(&self) -> bool {
+        self.inner.unchecked.load(Ordering::Acquire)
+    }
+
+    /// Checks the whole file if the last shutdown was not clean. If it is damaged, all writes fail
+    /// from then on, and the next start checks again.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Corrupt`] if the file is damaged.
+    pub async fn check_after_crash(&self) -> Result<()> {
+        if !self.is_unchecked() {
+            return Ok(());
+        }
+        let start = Instant::now();
+        // A separate connection: the check takes long, and the pool is for short reads.
+        let mut conn = connection::reading(&self.inner.file).connect().await?;
+        let checked = connection::check(&mut conn).await;
+        conn.close().await?;
+        if let Err(error) = checked {
+            let words = error.to_string();
+            let failed = self.write::<(), _>(operation!(|_conn| Err(StorageError::Corrupt(words))));
+            // The error of the check is the one to report.
+            let _ = failed.await;
+            return Err(error);
+        }
+        let elapsed_ms = start.elapsed().as_millis();
+        tracing::info!(elapsed_ms, "the last shutdown was not clean; the database check passed");
+        self.inner.unchecked.store(false, Ordering::Release);
+        Ok(())
     }
 
     /// Opens a data directory for a short command, also while a server is using it.
@@ -118,11 +172,9 @@ impl Store {
             .await?;
         connection::assert_reading(&mut *readers.acquire().await?).await?;
         let (writer, task) = Writer::start(conn, lock);
-        // VACUUM INTO is refused on a connection with `query_only`.
-        let backup = connection::reading(file).pragma("query_only", "OFF");
-        let task = Mutex::new(Some(task));
-        let file = file.to_owned();
-        let inner = Inner { writer, task, readers, backup, sqlite_version, file };
+        let (task, file) = (Mutex::new(Some(task)), file.to_owned());
+        let (unchecked, kept) = (AtomicBool::new(false), Mutex::default());
+        let inner = Inner { writer, task, readers, sqlite_version, file, unchecked, kept };
         Ok(Self { inner: Arc::new(inner) })
     }
 
@@ -172,40 +224,14 @@ impl Store {
         closed
     }
 
-    /// Writes a consistent copy of the database into a new file.
-    ///
-    /// # Errors
-    /// Returns [`StorageError::Conflict`] if the file exists, [`StorageError::Directory`] if it
-    /// cannot be created.
-    pub async fn backup(&self, file: &Path) -> Result<()> {
-        let name = file.to_str().ok_or_else(|| {
-            StorageError::Unsupported("the path of the backup file must be UTF-8".to_owned())
-        })?;
-        // Creating the file first ensures that no existing file is overwritten. SQLite treats an
-        // empty file as a new database.
-        let claimed = std::fs::File::options().write(true).create_new(true).open(file);
-        let claimed = claimed.and_then(|claimed| keep_private(file).map(|()| claimed));
-        let claimed = claimed.map_err(|error| match error.kind() {
-            std::io::ErrorKind::AlreadyExists => {
-                StorageError::Conflict { what: "the backup file already exists" }
-            }
-            _ => StorageError::Directory(error),
-        })?;
-        let result = self.copy_into(name).await;
-        if result.is_ok() {
-            return sync_file(&claimed, file).map_err(StorageError::Directory);
-        }
-        if let Err(error) = std::fs::remove_file(file) {
-            tracing::warn!(%error, "cannot remove an incomplete backup");
-        }
-        result
+    /// Path of the database.
+    pub(crate) fn file(&self) -> &Path {
+        &self.inner.file
     }
 
-    async fn copy_into(&self, name: &str) -> Result<()> {
-        // A separate connection: copying takes long, and the pool is for short reads.
-        let mut conn = self.inner.backup.connect().await?;
-        sqlx::query("VACUUM INTO ?").bind(name).execute(&mut conn).await?;
-        Ok(conn.close().await?)
+    /// Keeps files open until all connections are closed.
+    pub(crate) fn keep_open(&self, files: [File; 2]) {
+        self.inner.kept.lock().expect("no code panics while holding this lock").extend(files);
     }
 
     /// Counts the rows of each table, for monitoring.
@@ -262,6 +288,8 @@ pub(crate) struct Opened {
     lock: DirectoryLock,
     file: PathBuf,
     sqlite_version: String,
+    /// True if the last shutdown was not clean.
+    unclean: bool,
 }
 
 impl Opened {
@@ -289,18 +317,9 @@ impl Opened {
         }
         connection::assert_writing(&mut conn).await?;
         let sqlite_version = connection::sqlite_version(&mut conn).await?;
-        if unclean {
-            let start = Instant::now();
-            connection::check(&mut conn).await?;
-            let elapsed_ms = start.elapsed().as_millis();
-            tracing::info!(
-                elapsed_ms,
-                "the last shutdown was not clean; the database check passed"
-            );
-        }
         connection::migrate(&mut conn).await?;
         let lock = lock.watching(file.clone())?;
-        Ok(Self { conn, lock, file, sqlite_version })
+        Ok(Self { conn, lock, file, sqlite_version, unclean })
     }
 
     /// Returns the size of the database.
@@ -310,17 +329,6 @@ impl Opened {
     pub fn bytes(&self) -> Result<u64> {
         Ok(std::fs::metadata(&self.file).map_err(StorageError::Directory)?.len())
     }
-}
-
-/// Flushes a file and its directory entry to disk.
-fn sync_file(file: &std::fs::File, path: &Path) -> std::io::Result<()> {
-    file.sync_all()?;
-    #[cfg(unix)]
-    if let Some(dir) = path.parent() {
-        let dir = if dir.as_os_str().is_empty() { Path::new(".") } else { dir };
-        std::fs::File::open(dir)?.sync_all()?;
-    }
-    Ok(())
 }
 
 /// Returns the size of the write-ahead log. It is 0 after a clean shutdown.

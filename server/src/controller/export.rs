@@ -90,8 +90,10 @@ pub struct ExportQuery {
     energy_limit: Option<bool>,
     /// Largest absolute texture coordinate that the code must handle, 0 to 65504; smaller ranges
     /// need fewer clamps.
+    #[param(minimum = 0, maximum = 65_504)]
     uv_within: Option<f32>,
     /// Number of lights of the function of a painted material, 1 to 8; default 1.
+    #[param(minimum = 1, maximum = 8)]
     lights: Option<usize>,
 }
 
@@ -113,8 +115,10 @@ pub struct MaterialQuery {
     /// genome for others.
     energy_limit: Option<bool>,
     /// Largest absolute texture coordinate that the code must handle, 0 to 65504.
+    #[param(minimum = 0, maximum = 65_504)]
     uv_within: Option<f32>,
     /// Number of lights of the function of a painted material, 1 to 8; default 1.
+    #[param(minimum = 1, maximum = 8)]
     lights: Option<usize>,
 }
 

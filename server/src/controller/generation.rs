@@ -11,6 +11,7 @@ use super::created;
 use crate::breeding::Origin;
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
+use crate::limit;
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
@@ -90,7 +91,7 @@ async fn replay(app: &App, mut answer: Value) -> Result<Value, ApiError> {
     Ok(answer)
 }
 
-/// Lists a lineage's generations, oldest first.
+/// Lists a lineage's generations, oldest first. A page with 2048 individuals ends before `limit`.
 #[utoipa::path(get, path = "/v1/lineages/{id}/generations", operation_id = "list_generations", tag = "generations",
     params(("id" = LineageId, Path), PageQuery),
     responses((status = 200, description = "page of generations", body = Page<Generation>)))]
@@ -99,8 +100,10 @@ pub async fn list(
     Path(id): Path<LineageId>,
     Query(query): Query<PageQuery>,
 ) -> Result<Json<Page<Generation>>, ApiError> {
-    let limit = query.limit()?;
-    let stored = app.store.list_generations(id, query.cursor::<u64>()?, limit + 1).await?;
+    let cursor = query.cursor::<u64>()?;
+    let most = limit::PAGE_INDIVIDUALS;
+    let limit = app.store.generations_within(id, cursor, query.limit()?, most).await?;
+    let stored = app.store.list_generations(id, cursor, limit + 1).await?;
     let Page { items, next } = page(stored, limit, |last| last.index.to_string(), |one| one);
     let mut presenter = Presenter::new(&app);
     let mut generations = Vec::with_capacity(items.len());

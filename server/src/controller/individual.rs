@@ -31,6 +31,7 @@ pub struct FavouritesQuery {
     /// `next` of the previous page.
     cursor: Option<String>,
     /// Items per page, 1 to 200; default 50.
+    #[param(minimum = 1, maximum = 200)]
     limit: Option<u32>,
 }
 
@@ -98,6 +99,7 @@ pub async fn patch(
 #[serde(deny_unknown_fields)]
 pub struct AncestryQuery {
     /// Number of generations, 1 to 10,000; default 100.
+    #[param(minimum = 1, maximum = 10_000)]
     depth: Option<u32>,
 }
 

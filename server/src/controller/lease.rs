@@ -6,17 +6,22 @@ pub mod export;
 pub mod render;
 pub mod search;
 
+use std::time::Duration;
+
 use axum::body::Body;
 use axum::extract::{FromRequest, FromRequestParts};
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{CONTENT_TYPE, Ticket, decode, encode};
-use http::{Request, StatusCode, header};
+use http::{HeaderMap, Request, StatusCode, header};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::client::Client;
 use crate::extract::{ContentType, Path, read_message};
+use crate::layer::token;
 use crate::limit;
 use crate::problem::{ApiError, quote};
+use crate::state::App;
 
 const NAME_CHARS: usize = 200;
 
@@ -58,6 +63,23 @@ fn check_same<T: Ticket>(key: T::Key, ticket: &T) -> Result<(), ApiError> {
         return Ok(());
     }
     Err(ApiError::bad_request("the ticket and the address name different leases"))
+}
+
+/// Notes which client runs a worker, unless the server does, and waits while that client's workers
+/// get no jobs. Returns false if that takes longer than the request may.
+async fn may_work(app: &App, headers: &HeaderMap, worker: &str, wait_ms: u32) -> bool {
+    if !is_own(app, headers) {
+        app.workers.run_by(worker, Client::current());
+    }
+    let held_back = app.workers.held_back(Client::current());
+    let wait = limit::LEASE_WAIT.min(Duration::from_millis(wait_ms.into()));
+    tokio::time::sleep(held_back.min(wait)).await;
+    held_back <= wait
+}
+
+/// True if the server has started the worker that sent the request.
+fn is_own(app: &App, headers: &HeaderMap) -> bool {
+    token(headers).is_some_and(|token| app.access.is_own_worker(token))
 }
 
 /// Returns a worker's name without control characters, shortened for logs.

@@ -98,6 +98,7 @@ pub struct LineagesQuery {
     /// `next` of the previous page.
     cursor: Option<String>,
     /// Items per page, 1 to 200; default 50.
+    #[param(minimum = 1, maximum = 200)]
     limit: Option<u32>,
 }
 

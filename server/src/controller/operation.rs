@@ -16,10 +16,11 @@ pub async fn health() -> &'static str {
     "ok\n"
 }
 
-/// Answers `ready` if the server can read and write its data and is not stopping.
+/// Answers `ready` if the server can read and write its data and is not stopping. Further lines
+/// say what is limited meanwhile.
 #[utoipa::path(get, path = "/readyz", tag = "operation",
-    responses((status = 200, description = "`ready`", body = String, content_type = "text/plain")))]
-pub async fn ready(State(app): State<App>) -> Result<&'static str, ApiError> {
+    responses((status = 200, description = "`ready`, and lines on what is limited", body = String, content_type = "text/plain")))]
+pub async fn ready(State(app): State<App>) -> Result<String, ApiError> {
     if app.stopping.is_cancelled() {
         return Err(ApiError::stopping("retry after the restart"));
     }
@@ -27,7 +28,14 @@ pub async fn ready(State(app): State<App>) -> Result<&'static str, ApiError> {
         return Err(ApiError::busy("a write to the disk failed; restart the server"));
     }
     app.store.any_token().await?;
-    Ok("ready\n")
+    let mut text = String::from("ready\n");
+    if app.store.is_unchecked() {
+        text += "the last shutdown was not clean: the database is being checked\n";
+    }
+    if app.workers.present().0.is_empty() {
+        text += "no worker renders: pictures wait\n";
+    }
+    Ok(text)
 }
 
 /// Returns metrics in the Prometheus text format.

@@ -99,8 +99,8 @@ pub async fn release_lease<K: JobKind>(kind: &K, ticket: &K::Ticket) -> Result<(
     Ok(())
 }
 
-/// Ends leases and requeues their jobs.
-pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) {
+/// Ends leases and requeues their jobs. Returns the names of the workers that held them.
+pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) -> Vec<String> {
     let leases = &kind.jobs().leases;
     let (ended, lost) = match end {
         LeaseEnd::Expired => (leases.end_expired(), Some("a lease has expired")),
@@ -109,13 +109,16 @@ pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) {
         }
         LeaseEnd::Shutdown => (leases.end_all(), None),
     };
+    let mut workers = Vec::with_capacity(ended.len());
     for lease in ended {
+        workers.push(lease.worker.clone());
         if let Some(message) = lost {
             let (job, worker) = (K::job(&lease), &lease.worker);
             tracing::warn!(kind = K::NAME, %job, worker, "{message}");
         }
         kind.on_returned(lease, lost.is_some()).await;
     }
+    workers
 }
 
 /// Time to live of a lease, in milliseconds.

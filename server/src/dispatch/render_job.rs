@@ -185,7 +185,7 @@ impl PictureService {
     }
 
     /// Accepts the results of a lease. Pictures of workers that are not the server's own are
-    /// decoded.
+    /// decoded; if they are invalid, the job is done by another worker.
     ///
     /// # Errors
     /// 409 if the lease is not valid any more, 422 if the results are not the requested pictures.
@@ -221,7 +221,12 @@ impl PictureService {
             Ok(pictures) => pictures,
             Err(reason) => {
                 tracing::error!(%job, worker = %lease.worker, reason, "results are refused");
-                self.fail_job(&lease, "the worker sent invalid pictures").await?;
+                if is_own {
+                    self.fail_job(&lease, "the worker sent invalid pictures").await?;
+                } else {
+                    // Another worker may do better.
+                    self.on_returned(lease, true).await;
+                }
                 return Err(ApiError::refused(reason));
             }
         };

@@ -1,4 +1,5 @@
-//! Workers heard from recently.
+//! Workers heard from recently, and clients whose workers get no jobs for a while: they let leases
+//! expire, or sent what is no picture.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -6,15 +7,38 @@ use std::time::{Duration, Instant};
 
 use brood_protocol::{BackendReport, WorkerReport};
 
+use crate::client::Client;
+
 /// Number of workers kept.
 const WORKERS: usize = 256;
 /// Time since its last message for which a worker counts as present.
 const PRESENT: Duration = Duration::from_secs(60);
 
+/// Time without jobs after the first failure of a client's worker; doubled with each further one.
+const FIRST_WAIT: Duration = Duration::from_secs(1);
+const LONGEST_WAIT: Duration = Duration::from_secs(60);
+
 /// Workers with their last message and report.
 #[derive(Debug, Default)]
 pub struct Workers {
     workers: Mutex<HashMap<String, (Instant, WorkerReport)>>,
+    /// Clients that run workers, by the workers' names. The server's own are not among them.
+    clients: Mutex<HashMap<String, Client>>,
+    failures: Mutex<HashMap<Client, Failures>>,
+}
+
+/// Failures of a client's workers since the last job that one did.
+#[derive(Debug, Clone, Copy)]
+struct Failures {
+    count: u32,
+    last: Instant,
+}
+
+impl Failures {
+    fn wait(self) -> Duration {
+        let wait = FIRST_WAIT.saturating_mul(1 << (self.count - 1).min(16)).min(LONGEST_WAIT);
+        wait.saturating_sub(self.last.elapsed())
+    }
 }
 
 impl Workers {
@@ -28,6 +52,47 @@ impl Workers {
             }
         }
         workers.insert(name.to_owned(), (Instant::now(), report.clone()));
+    }
+
+    /// Records which client runs a worker that the server did not start.
+    pub fn run_by(&self, name: &str, client: Client) {
+        let mut clients = self.clients.lock().expect("nothing panics under this lock");
+        if clients.len() < WORKERS || clients.contains_key(name) {
+            clients.insert(name.to_owned(), client);
+        }
+    }
+
+    /// Records that a lease of a worker has expired.
+    pub fn lost(&self, name: &str) {
+        let client =
+            self.clients.lock().expect("nothing panics under this lock").get(name).copied();
+        if let Some(client) = client {
+            self.failed(client);
+        }
+    }
+
+    /// Records a failure of a client's worker.
+    pub fn failed(&self, client: Client) {
+        let mut failures = self.failures.lock().expect("nothing panics under this lock");
+        failures.retain(|_, known| known.last.elapsed() < 2 * LONGEST_WAIT);
+        let count = failures.get(&client).map_or(0, |known| known.count) + 1;
+        failures.insert(client, Failures { count, last: Instant::now() });
+    }
+
+    /// Records that a client's worker has done a job.
+    pub fn succeeded(&self, client: Client) {
+        self.failures.lock().expect("nothing panics under this lock").remove(&client);
+    }
+
+    /// Returns the time for which a client's workers get no jobs.
+    pub fn held_back(&self, client: Client) -> Duration {
+        let failures = self.failures.lock().expect("nothing panics under this lock");
+        failures.get(&client).map_or(Duration::ZERO, |known| known.wait())
+    }
+
+    /// Forgets a worker of the server that has ended.
+    pub fn gone(&self, name: &str) {
+        self.workers.lock().expect("nothing panics under this lock").remove(name);
     }
 
     /// Records a message without a report of a worker that is already known.
@@ -47,5 +112,37 @@ impl Workers {
         let mut names: Vec<_> = present.map(|(name, _)| name.clone()).collect();
         names.sort();
         (names, backend)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+
+    use super::*;
+
+    #[test]
+    fn client_waits_longer_after_each_failure_until_its_worker_does_a_job() {
+        let (workers, one) = (Workers::default(), Client::Address(Ipv4Addr::LOCALHOST.into()));
+        assert_eq!(workers.held_back(one), Duration::ZERO);
+        workers.run_by("far", one);
+        workers.lost("local-1");
+        assert_eq!(workers.held_back(one), Duration::ZERO);
+        let within = |from: u64| {
+            let wait = workers.held_back(one);
+            assert!(wait > Duration::from_millis(1000 * from - 500), "{wait:?}");
+            assert!(wait <= Duration::from_secs(from), "{wait:?}");
+        };
+        for (round, seconds) in [1, 2, 4, 8, 16, 32, 60, 60].into_iter().enumerate() {
+            if round % 2 == 0 {
+                workers.lost("far");
+            } else {
+                workers.failed(one);
+            }
+            within(seconds);
+        }
+        assert_eq!(workers.held_back(Client::Token([1; 32])), Duration::ZERO);
+        workers.succeeded(one);
+        assert_eq!(workers.held_back(one), Duration::ZERO);
     }
 }

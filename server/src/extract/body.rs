@@ -43,9 +43,9 @@ impl ContentType {
 /// Memory reserved for a body before its bytes arrive.
 const RESERVE_BYTES: usize = 4 << 20;
 /// Memory of clients' bodies.
-static BODIES: BodyBudget = BodyBudget::new(limit::BODIES_BYTES);
+static BODIES: BodyBudget = BodyBudget::new(limit::BODIES_BYTES, limit::CLIENT_BODIES);
 /// Memory of workers' messages.
-static MESSAGES: BodyBudget = BodyBudget::new(limit::MESSAGES_BYTES);
+static MESSAGES: BodyBudget = BodyBudget::new(limit::MESSAGES_BYTES, usize::MAX);
 
 /// Bytes with the permits for their memory, released when the last reference is dropped.
 struct BudgetedBytes {
@@ -154,6 +154,7 @@ mod tests {
     use futures::StreamExt;
 
     use super::*;
+    use crate::client::Client;
 
     #[tokio::test]
     async fn body_is_refused_when_longer_than_the_limit_with_or_without_content_length() {
@@ -171,7 +172,7 @@ mod tests {
 
     #[tokio::test]
     async fn large_body_is_refused_when_the_memory_budget_is_used_up() {
-        let budget: &'static BodyBudget = Box::leak(Box::new(BodyBudget::new(100)));
+        let budget: &'static BodyBudget = Box::leak(Box::new(BodyBudget::new(100, usize::MAX)));
         let none = HeaderMap::new();
         let read = |n: usize| {
             let part = |_| Ok::<_, std::io::Error>(Bytes::from_static(&[7; 1024]));
@@ -216,7 +217,7 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn slow_body_gives_its_memory_up_for_another() {
-        let budget: &'static BodyBudget = Box::leak(Box::new(BodyBudget::new(100)));
+        let budget: &'static BodyBudget = Box::leak(Box::new(BodyBudget::new(100, usize::MAX)));
         let none = HeaderMap::new();
         let large = limit::BODY_FREE + 60;
         let slow = arriving([(large, 0)].into_iter().chain((0..20).map(|_| (0, 1))).collect());
@@ -232,6 +233,27 @@ mod tests {
         // Memory of a body that has arrived stays with it.
         let refused = read_into(budget, &none, Body::from(vec![8; large]), 1 << 20).await;
         assert_eq!(refused.unwrap_err().status(), 503);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn client_sends_only_so_many_large_bodies_at_once() {
+        let budget: &'static BodyBudget = Box::leak(Box::new(BodyBudget::new(1 << 30, 2)));
+        let large = limit::BODY_FREE + 60;
+        let read = |client: Client, body: Body| {
+            client.run(async move { read_into(budget, &HeaderMap::new(), body, 1 << 20).await })
+        };
+        let one = Client::Token([1; 32]);
+        for _ in 0..2 {
+            tokio::spawn(read(one, arriving(vec![(large, 0)])));
+        }
+        tokio::time::sleep(std::time::Duration::from_secs(1)).await;
+        let refused = read(one, Body::from(vec![8; large])).await.unwrap_err();
+        assert_eq!(refused.status(), 503);
+        read(one, Body::from(vec![8; 60])).await.unwrap();
+        read(Client::Token([2; 32]), Body::from(vec![8; large])).await.unwrap();
+        // Both are given up after 10 s.
+        tokio::time::sleep(std::time::Duration::from_secs(12)).await;
+        read(one, Body::from(vec![8; large])).await.unwrap();
     }
 
     #[tokio::test(start_paused = true)]

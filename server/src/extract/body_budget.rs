@@ -9,6 +9,7 @@ use std::time::Duration;
 use tokio::sync::{Notify, Semaphore, SemaphorePermit};
 use tokio::time::Instant;
 
+use crate::client::Client;
 use crate::limit;
 use crate::problem::ApiError;
 
@@ -22,10 +23,13 @@ pub struct BodyBudget {
     permits: Semaphore,
     /// Bodies that are arriving and hold permits.
     arriving: Mutex<Vec<Arc<Arrival>>>,
+    /// Most bodies of one client that are arriving and hold permits.
+    each: usize,
 }
 
 /// A body that is arriving.
 struct Arrival {
+    client: Client,
     progress: Mutex<Progress>,
     /// Notified if its memory is taken.
     taken: Notify,
@@ -57,15 +61,16 @@ pub struct BodyMemory {
 }
 
 impl BodyBudget {
-    /// Creates a budget of this memory.
-    pub const fn new(bytes: usize) -> Self {
-        Self { permits: Semaphore::const_new(bytes), arriving: Mutex::new(Vec::new()) }
+    /// Creates a budget of this memory, for so many bodies of each client.
+    pub const fn new(bytes: usize, each: usize) -> Self {
+        Self { permits: Semaphore::const_new(bytes), arriving: Mutex::new(Vec::new()), each }
     }
 
     /// Begins a body.
     pub fn body(&'static self) -> BodyMemory {
         let progress = Progress { received: 0, since: Instant::now(), before: 0 };
-        let arrival = Arrival { progress: Mutex::new(progress), taken: Notify::new() };
+        let (client, progress) = (Client::current(), Mutex::new(progress));
+        let arrival = Arrival { client, progress, taken: Notify::new() };
         BodyMemory { budget: self, arrival: Arc::new(arrival), permits: None }
     }
 
@@ -117,12 +122,22 @@ impl BodyMemory {
     /// Takes memory for all bytes that have arrived.
     ///
     /// # Errors
-    /// 503 if there is too little and no slow body to give up.
+    /// 503 if there is too little and no slow body to give up, or if the client sends too many large
+    /// bodies at once.
     pub async fn reserve(&mut self) -> Result<(), ApiError> {
         let held = self.permits.as_ref().map_or(0, SemaphorePermit::num_permits);
         let more = self.arrival.progress().received.saturating_sub(limit::BODY_FREE + held);
         if more == 0 {
             return Ok(());
+        }
+        let client = self.arrival.client;
+        if self.permits.is_none() && client != Client::Server {
+            let arriving = self.budget.arriving();
+            let own = arriving.iter().filter(|arrival| arrival.client == client).count();
+            if own >= self.budget.each {
+                let words = format!("this client is sending {own} large bodies; retry later");
+                return Err(ApiError::busy(words));
+            }
         }
         let busy = || ApiError::busy("too many large bodies are being read; retry later");
         let more = u32::try_from(more).map_err(|_| busy())?;

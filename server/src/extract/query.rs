@@ -39,6 +39,7 @@ pub struct PageQuery {
     pub cursor: Option<String>,
     /// Items per page, 1 to 200; default 50.
     #[serde(default)]
+    #[param(minimum = 1, maximum = 200)]
     pub limit: Option<u32>,
 }
 

@@ -2,10 +2,10 @@
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{ExportReport, ExportRequest, ExportTicket, JobId, encode};
-use http::StatusCode;
+use brood_protocol::{ExportGrant, ExportReport, ExportRequest, ExportTicket, JobId, encode};
+use http::{HeaderMap, StatusCode};
 
-use super::{Held, Message, check_same, for_logs, granted, message};
+use super::{Held, Message, check_same, for_logs, granted, may_work, message};
 use crate::dispatch::{claim_lease, release_lease, renew_lease};
 use crate::extract::Path;
 use crate::limit;
@@ -19,10 +19,15 @@ use crate::state::App;
         (status = 204, description = "no export in time")))]
 pub async fn claim(
     State(app): State<App>,
+    headers: HeaderMap,
     Message(request): Message<ExportRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
     let ExportRequest { worker, wait_ms } = request;
-    Ok(granted(claim_lease(&app.exports, &for_logs(&worker), (), wait_ms).await?))
+    let worker = for_logs(&worker);
+    if !may_work(&app, &headers, &worker, wait_ms).await {
+        return Ok(granted::<ExportGrant>(None));
+    }
+    Ok(granted(claim_lease(&app.exports, &worker, (), wait_ms).await?))
 }
 
 /// Renews the lease of an export.

@@ -2,13 +2,13 @@
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{LeaseId, LeaseRequest, LeaseResults, LeaseTicket};
+use brood_protocol::{LeaseGrant, LeaseId, LeaseRequest, LeaseResults, LeaseTicket};
 use http::{HeaderMap, StatusCode};
 
-use super::{Held, Message, check_same, for_logs, granted};
+use super::{Held, Message, check_same, for_logs, granted, is_own, may_work};
+use crate::client::Client;
 use crate::dispatch::{claim_lease, release_lease};
 use crate::extract::Path;
-use crate::layer::token;
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -21,11 +21,15 @@ use crate::state::App;
         (status = 204, description = "no render job in time")))]
 pub async fn claim(
     State(app): State<App>,
+    headers: HeaderMap,
     Message(request): Message<LeaseRequest, { limit::JSON_BYTES }>,
 ) -> Result<Response, ApiError> {
     let LeaseRequest { worker, queue, report, wait_ms } = request;
     let worker = for_logs(&worker);
     app.workers.seen(&worker, &report);
+    if !may_work(&app, &headers, &worker, wait_ms).await {
+        return Ok(granted::<LeaseGrant>(None));
+    }
     Ok(granted(claim_lease(&app.pictures, &worker, queue, wait_ms).await?))
 }
 
@@ -55,9 +59,13 @@ pub async fn results(
     Message(results): Message<LeaseResults, { limit::LEASE_BYTES }>,
 ) -> Result<StatusCode, ApiError> {
     check_same(id, &results.ticket)?;
-    let is_own = token(&headers).is_some_and(|token| app.access.is_own_worker(token));
-    app.pictures.results(results, is_own).await?;
-    Ok(StatusCode::NO_CONTENT)
+    let stored = app.pictures.results(results, is_own(&app, &headers)).await;
+    match &stored {
+        Ok(()) => app.workers.succeeded(Client::current()),
+        Err(error) if error.status() == 422 => app.workers.failed(Client::current()),
+        Err(_) => {}
+    }
+    stored.map(|()| StatusCode::NO_CONTENT)
 }
 
 /// Returns a lease without results.
