@@ -13,6 +13,8 @@
  * @typedef {Omit<api.Generation, "locks"> & {locks?: Locks|null, from?: string}} Generation
  *   `from`: id of the generation that it was bred from, added by the page
  *
+ * @typedef {api.GenerationOutline} GenerationOutline
+ *
  * @typedef {Pick<Generation, "id"|"index"|"parents"|"from"|"centre"|"individuals">} Outline
  *   What the page keeps of every generation; `individuals`: all, or those that are looked up
  *

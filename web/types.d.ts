@@ -774,6 +774,23 @@ export interface components {
          * @description Id of a generation.
          */
         GenerationId: string;
+        /** @description Outline of a generation: its place in the history, and the individuals that stand for it. */
+        GenerationOutline: {
+            centre?: components["schemas"]["Individual"] | null;
+            from?: components["schemas"]["GenerationId"] | null;
+            /** @description Id of the generation. */
+            id: components["schemas"]["GenerationId"];
+            /**
+             * Format: int64
+             * @description Position in the lineage, from 0.
+             */
+            index: number;
+            /**
+             * @description Children that are favourites or were adopted, and the first one if there is no centre, by
+             *     slot.
+             */
+            individuals: components["schemas"]["Individual"][];
+        };
         /** @description Hash of a stored genome. */
         GenomeAnswer: {
             /** @description Content hash, 64 hexadecimal digits. */
@@ -2540,6 +2557,7 @@ export type FoundView = components['schemas']['FoundView'];
 export type Front = components['schemas']['Front'];
 export type Generation = components['schemas']['Generation'];
 export type GenerationId = components['schemas']['GenerationId'];
+export type GenerationOutline = components['schemas']['GenerationOutline'];
 export type GenomeAnswer = components['schemas']['GenomeAnswer'];
 export type Ground = components['schemas']['Ground'];
 export type Individual = components['schemas']['Individual'];

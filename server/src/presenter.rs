@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use brood_program::ProgramHash;
 use brood_protocol::{
-    Generation, GenerationId, Individual, IndividualDetail, Lineage, LineageId, ListedLineage,
+    Generation, GenerationId, GenerationOutline, Individual, IndividualDetail, Lineage, LineageId,
+    ListedLineage,
 };
-use brood_storage::{StorageError, StoredGeneration, StoredIndividual};
+use brood_storage::{StorageError, StoredGeneration, StoredIndividual, StoredOutline};
 use std::collections::HashMap;
 
 use crate::answer::individual;
@@ -103,17 +104,8 @@ impl<'a> Presenter<'a> {
     /// # Errors
     /// As for [`Self::individual`].
     pub async fn generation(&mut self, stored: StoredGeneration) -> Result<Generation, ApiError> {
-        let centre = match stored.centre {
-            // The centre is shown in this lineage's scene, even if it belongs to another lineage.
-            Some(centre) => {
-                Some(self.individual(StoredIndividual { lineage: stored.lineage, ..centre }).await?)
-            }
-            None => None,
-        };
-        let mut individuals = Vec::with_capacity(stored.individuals.len());
-        for one in stored.individuals {
-            individuals.push(self.individual(one).await?);
-        }
+        let centre = self.centre(stored.lineage, stored.centre).await?;
+        let individuals = self.individuals(stored.individuals).await?;
         Ok(Generation {
             id: stored.id,
             lineage: stored.lineage,
@@ -125,6 +117,52 @@ impl<'a> Presenter<'a> {
             individuals,
             created_ms: stored.created_ms,
         })
+    }
+
+    /// Converts the outline of a generation of this lineage.
+    ///
+    /// # Errors
+    /// As for [`Self::individual`].
+    pub async fn outline(
+        &mut self,
+        lineage: LineageId,
+        stored: StoredOutline,
+    ) -> Result<GenerationOutline, ApiError> {
+        let StoredOutline { id, index, from, centre, individuals } = stored;
+        let centre = self.centre(lineage, centre).await?;
+        Ok(GenerationOutline {
+            id,
+            index,
+            from,
+            centre,
+            individuals: self.individuals(individuals).await?,
+        })
+    }
+
+    /// Converts a centre. It is shown in this lineage's scene, even if it belongs to another
+    /// lineage.
+    async fn centre(
+        &mut self,
+        lineage: LineageId,
+        stored: Option<StoredIndividual>,
+    ) -> Result<Option<Individual>, ApiError> {
+        match stored {
+            Some(centre) => {
+                Ok(Some(self.individual(StoredIndividual { lineage, ..centre }).await?))
+            }
+            None => Ok(None),
+        }
+    }
+
+    async fn individuals(
+        &mut self,
+        stored: Vec<StoredIndividual>,
+    ) -> Result<Vec<Individual>, ApiError> {
+        let mut individuals = Vec::with_capacity(stored.len());
+        for one in stored {
+            individuals.push(self.individual(one).await?);
+        }
+        Ok(individuals)
     }
 
     /// Stores the new picture rows, so that their keys stay valid across restarts.

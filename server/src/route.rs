@@ -60,6 +60,7 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(lineage_file::export))
         .routes(routes!(lineage_file::import))
         .routes(routes!(generation::breed, generation::list))
+        .routes(routes!(generation::outlines))
         .routes(routes!(preset::list))
         .routes(routes!(generation::adopt))
         .routes(routes!(event::stream_events))

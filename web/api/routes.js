@@ -75,8 +75,21 @@ export async function hideLineage(of) {
   return request("DELETE", path, { version: present.version });
 }
 
-/** @param {string} lineageId @returns {Promise<Generation[]>} */
-export const listGenerations = (lineageId) => readAll(`/v1/lineages/${lineageId}/generations`);
+/**
+ * Reads a page of a lineage's history.
+ * @param {string} lineageId
+ * @param {string|null} cursor null for the first page
+ * @returns {Promise<{items: import("../model.js").GenerationOutline[], next: string|null}>}
+ */
+export const listOutlines = (lineageId, cursor) =>
+  request("GET", `/v1/lineages/${lineageId}/outlines?limit=200${cursor ? `&cursor=${cursor}` : ""}`);
+
+/** Reads the newest generation, if there is one. @param {Lineage} of @returns {Promise<Generation|null>} */
+export async function getNewestGeneration(of) {
+  const after = of.generations > 1 ? `&cursor=${of.generations - 2}` : "";
+  const { items } = await request("GET", `/v1/lineages/${of.id}/generations?limit=1${after}`);
+  return items.at(-1) ?? null;
+}
 
 /** @param {string} id @returns {Promise<Generation>} */
 export const getGeneration = (id) => request("GET", `/v1/generations/${id}`);

@@ -99,7 +99,7 @@ async function fetchPasted(text) {
     throw new ProblemError({ title: "Nothing to compare with", status: 400, detail: named.wrong });
   if ("individual" in named) return api.getIndividual(named.individual);
   if ("generation" in named) return centreOf(await api.getGeneration(named.generation));
-  const newest = (await api.listGenerations(named.lineage)).at(-1);
+  const newest = await api.getNewestGeneration(await api.getLineage(named.lineage));
   return newest ? centreOf(newest) : null;
 }
 

@@ -1,7 +1,7 @@
 /**
  * Showing generations of the open lineage: visit, undo, redo, and reading them from the server.
  *
- * @import { Generation } from "../model.js"
+ * @import { Generation, GenerationOutline } from "../model.js"
  */
 import { batch } from "../vendor/signals-core.js";
 import { ProblemError } from "../api/request.js";
@@ -54,6 +54,21 @@ export function storeRead(read, sceneId) {
   for (const id of [...sceneReadFor.keys()].slice(0, -WHOLE))
     if (id !== lineageStore.shownId.value) sceneReadFor.delete(id);
   storeGenerations(read, sceneReadFor);
+}
+
+/**
+ * Stores outlines of generations that are not in the store.
+ * @param {GenerationOutline[]} read
+ * @param {boolean} [again] true to replace those that are
+ */
+export function storeOutlines(read, again = false) {
+  if (again) sceneReadFor.clear();
+  const known = lineageStore.generations.value;
+  const news = again ? read : read.filter(({ id }) => !known.has(id));
+  const outlines = news.map((one) => ({
+    ...one, parents: [], from: one.from ?? undefined, centre: one.centre ?? null,
+  }));
+  storeGenerations(outlines, sceneReadFor);
 }
 
 /** Removes the generations of another lineage from the store. */

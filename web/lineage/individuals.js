@@ -1,7 +1,7 @@
 /**
  * Individuals of the generations in the store: lookup by frame or id, and changes in place.
  *
- * @import { Cell, Generation, Individual, Outline } from "../model.js"
+ * @import { Cell, Individual, Outline } from "../model.js"
  */
 import { compareStore } from "../compare/store.js";
 import { descentOf } from "./history.js";
@@ -54,7 +54,7 @@ const isKept = (of, one) =>
 /**
  * Stores generations that were read, except marks that were changed here since. Reduces those that
  * are not whole to outlines.
- * @param {Generation[]} news
+ * @param {Outline[]} news
  * @param {{has: (id: string) => boolean}} whole ids of generations that are not reduced
  */
 export function storeGenerations(news, whole) {
@@ -72,7 +72,7 @@ export function storeGenerations(news, whole) {
       known
         ? {
             ...item,
-            from: known.from,
+            from: item.from ?? known.from,
             centre: item.centre && latest(item.centre),
             individuals: item.individuals.map(latest),
           }

@@ -1,7 +1,7 @@
 /**
  * Opening, creating and hiding lineages, and following the address.
  *
- * @import { Dialect, Lineage, Scene, Start, Trail } from "../model.js"
+ * @import { Dialect, Generation, Lineage, Scene, Start, Trail } from "../model.js"
  */
 import { batch, effect } from "../vendor/signals-core.js";
 import { problemOf } from "../api/request.js";
@@ -14,9 +14,10 @@ import { environment } from "../scene/lights.js";
 import { sceneStore } from "../scene/store.js";
 import { breedNext } from "./breed.js";
 import {
-  beginNavigation, clearGenerations, isBred, navigationCount, redoId, show, storeBred, storeRead,
-  undoId,
+  beginNavigation, clearGenerations, isBred, navigationCount, redoId, show, storeBred,
+  storeOutlines, storeRead, undoId,
 } from "./generations.js";
+import { readRest } from "./outlines.js";
 import { clearReady, preloadPictures, startClock } from "./pictures.js";
 import { DEFAULT_SATURATION, FRAMES, lineageStore, noLocks } from "./store.js";
 import { followChanges } from "./sync.js";
@@ -187,17 +188,48 @@ export const STARTS = {
 };
 
 /**
+ * A generation of this lineage; null if there is none with this id.
+ * @param {string} lineage
+ * @param {string} id
+ */
+async function findGeneration(lineage, id) {
+  try {
+    const found = await api.getGeneration(id);
+    return found.lineage === lineage ? found : null;
+  } catch (error) {
+    if (![404, 410, 422, 400].includes(problemOf(error).status)) throw error;
+    return null;
+  }
+}
+
+/**
+ * The generation to show, by default the newest. Its pictures are requested at once.
+ * @param {Lineage} of
+ * @param {Generation|null} asked
+ * @param {() => boolean} isNewest
+ */
+async function readTarget(of, asked, isNewest) {
+  const target = asked ?? (await api.getNewestGeneration(of));
+  if (target && isNewest()) preloadPictures(target);
+  return target;
+}
+
+/**
  * @param {string} id
  * @param {string|null} wanted a generation; null for the newest
  * @param {(id: string) => Promise<void>} [begin] makes the first generation of an empty lineage
  */
 export async function open(id, wanted, begin = beginAtRandom) {
   const isNewest = beginNavigation();
-  const [of, all] = await Promise.all([api.getLineage(id), api.listGenerations(id)]);
-  const newest = all.at(-1);
-  const target = all.find((one) => one.id === wanted) ?? newest ?? null;
-  if (target && isNewest()) preloadPictures(target);
-  const scene = await api.getScene(of.scene);
+  const [of, asked, outlines] = await Promise.all([
+    api.getLineage(id),
+    wanted ? findGeneration(id, wanted) : null,
+    api.listOutlines(id, null),
+  ]);
+  const [target, scene] = await Promise.all([
+    readTarget(of, asked, isNewest),
+    api.getScene(of.scene),
+  ]);
   if (!isNewest()) return;
   clearReady();
   const bred = target && isBred(target) ? target : null;
@@ -206,7 +238,8 @@ export async function open(id, wanted, begin = beginAtRandom) {
     sceneStore.scene.value = scene;
     lineageStore.shownId.value = null;
     clearGenerations();
-    storeRead([...all.filter((one) => one !== target), ...(target ? [target] : [])], of.scene);
+    storeOutlines(outlines.items);
+    if (target) storeRead([target], of.scene);
     lineageStore.mate.value = null;
     lineageStore.trail.value = loadSetting(
       `trail.${id}`,
@@ -230,6 +263,7 @@ export async function open(id, wanted, begin = beginAtRandom) {
   });
   followChanges(id);
   clearProblems("stage");
+  void readRest(id, outlines.next);
   if (wanted && target?.id !== wanted) {
     showProblem("stage", {
       problem: {

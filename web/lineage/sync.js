@@ -7,8 +7,9 @@ import * as api from "../api/routes.js";
 import { guarded } from "../page/problem.js";
 import { sceneStore } from "../scene/store.js";
 import { listenToLineage } from "./events.js";
-import { readGeneration, refreshShown, storeRead } from "./generations.js";
+import { readGeneration, refreshShown, storeOutlines, storeRead } from "./generations.js";
 import { updateIndividual } from "./individuals.js";
+import { isHistoryIncomplete, readOutlines } from "./outlines.js";
 import { lineageStore } from "./store.js";
 
 /** Follows the events of this lineage only. @param {string} id */
@@ -80,13 +81,15 @@ async function resync(all) {
   if (!of) return;
   await guarded("stage", async () => {
     const present = await api.getLineage(of.id);
-    const [scene, read] = await Promise.all([
+    const isComplete =
+      isHistoryIncomplete() || present.generations === lineageStore.generations.value.size;
+    const shownId = lineageStore.shownId.value;
+    const [scene, read, shown] = await Promise.all([
       present.scene === sceneStore.scene.value?.id
         ? sceneStore.scene.value
         : api.getScene(present.scene),
-      all || present.generations !== lineageStore.generations.value.size
-        ? api.listGenerations(of.id)
-        : [],
+      all || !isComplete ? readOutlines(of.id) : [],
+      all && shownId ? api.getGeneration(shownId) : null,
     ]);
     if (lineageStore.lineage.value?.id !== of.id) return;
     // What was read is older than the change on its way: read again once the scene has settled.
@@ -98,7 +101,10 @@ async function resync(all) {
     batch(() => {
       lineageStore.lineage.value = present;
       sceneStore.scene.value = scene;
-      if (read.length > 0) storeRead(read, present.scene);
+      // Another generation may be shown by now; it is read below.
+      const again = all && shownId === lineageStore.shownId.value;
+      if (read.length > 0) storeOutlines(read, again);
+      if (shown && again) storeRead([shown], present.scene);
     });
     await refreshShown();
   });

@@ -2,7 +2,9 @@
 import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { compareStore } from "../compare/store.js";
-import { clearGenerations, readGeneration, storeRead } from "../lineage/generations.js";
+import {
+  clearGenerations, readGeneration, storeOutlines, storeRead,
+} from "../lineage/generations.js";
 import { birthOf, updateIndividual } from "../lineage/individuals.js";
 import { centreOf, lineageStore } from "../lineage/store.js";
 
@@ -125,4 +127,35 @@ test("a dropped generation is whole after it is read again, with its newer marks
   assert.deepEqual(of("g30").individuals.map(({ id }) => id), ["i30.2"]);
   assert.ok(of("g30").individuals[0].favourite);
   assertChain();
+});
+
+/** Outline of a generation of the chain, as the server gives it. */
+const outline = (index, more = {}) => ({
+  id: `g${index}`,
+  index,
+  from: index > 0 ? `g${index - 1}` : undefined,
+  centre: index > 0 ? individual(index - 1, 7) : null,
+  individuals: index > 0 ? [] : [individual(0, 0)],
+  ...more,
+});
+
+test("outlines give the whole history, and leave generations that were read as they are", () => {
+  storeRead([generation(5, { parents: [] })], "s");
+  storeOutlines(chain.map((_, index) => outline(index)));
+  assert.equal(lineageStore.generations.value.size, COUNT);
+  assert.equal(countOf("g5"), CHILDREN);
+  assert.equal(countOf("g6"), 0);
+  assert.equal(centreOf(of("g0")).id, "i0.0");
+  const { parents } = lineageStore.descent.value;
+  for (let at = 6; at < COUNT; at += 1) assert.equal(parents.get(`g${at}`), `g${at - 1}`);
+  assert.equal(birthOf("i3.7"), of("g3"), "the centre of the next generation was born there");
+});
+
+test("outlines that are read again replace marks that another client took away", () => {
+  storeOutlines([outline(0), outline(1, { individuals: [individual(1, 4, { favourite: true })] })]);
+  assert.equal(countOf("g1"), 1);
+  storeOutlines([outline(0), outline(1)]);
+  assert.equal(countOf("g1"), 1, "known ones stay");
+  storeOutlines([outline(0), outline(1)], true);
+  assert.equal(countOf("g1"), 0);
 });

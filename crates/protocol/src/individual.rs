@@ -80,6 +80,23 @@ pub struct Generation {
     pub created_ms: i64,
 }
 
+/// Outline of a generation: its place in the history, and the individuals that stand for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct GenerationOutline {
+    /// Id of the generation.
+    pub id: GenerationId,
+    /// Position in the lineage, from 0.
+    pub index: u64,
+    /// Generation of the lineage in which the first parent was born; absent if there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<GenerationId>,
+    /// Parent that is shown large; null after a random start.
+    pub centre: Option<Individual>,
+    /// Children that are favourites or were adopted, and the first one if there is no centre, by
+    /// slot.
+    pub individuals: Vec<Individual>,
+}
+
 /// Body of `PATCH /v1/individuals/{id}`. Absent fields keep their values.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, utoipa::ToSchema)]
 #[serde(deny_unknown_fields)]

@@ -60,7 +60,9 @@ pub use export_lease::{
 pub use id::{
     GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId, TargetId,
 };
-pub use individual::{Generation, Individual, IndividualDetail, PatchIndividual};
+pub use individual::{
+    Generation, GenerationOutline, Individual, IndividualDetail, PatchIndividual,
+};
 pub use job::{JobAnswer, JobStatus, JobTimes};
 pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource,

@@ -71,6 +71,14 @@ impl LineageFilter {
         Self { hidden, words }
     }
 
+    /// Returns the longest word that SQLite can look for, as a pattern of LIKE: it folds only the
+    /// case of ASCII letters, and tags are JSON.
+    fn pattern(&self) -> Option<String> {
+        let is_plain = |word: &&String| word.bytes().all(|byte| byte.is_ascii_alphanumeric());
+        let longest = self.words.iter().filter(is_plain).max_by_key(|word| word.len());
+        longest.map(|word| format!("%{word}%"))
+    }
+
     fn selects(&self, text: &LineageText) -> bool {
         let LineageText { name, notes, tags, .. } = text;
         let text = format!("{name}\n{notes}\n{}", tags.join("\n")).to_lowercase();
@@ -141,7 +149,7 @@ impl Store {
     ) -> Result<Vec<Lineage>> {
         let mut conn = self.snapshot().await?;
         if filter.words.is_empty() {
-            return fetch_after(&mut conn, cursor, limit, filter.hidden).await;
+            return fetch_after(&mut conn, cursor, limit, filter.hidden, None).await;
         }
         let found = search(&mut conn, cursor, limit, filter).await?;
         let rest = "FROM lineage WHERE id IN (SELECT unhex(value) FROM json_each(?))
@@ -212,8 +220,12 @@ impl Store {
     }
 }
 
+/// Condition for a pattern; texts that are not ASCII always meet it.
+const PATTERN: &str = "AND (name || char(10) || notes || char(10) || tags_json LIKE ?5
+     OR length(name || notes || tags_json) < length(CAST(name || notes || tags_json AS BLOB)))";
+
 /// Searches for the ids of at most `limit` lineages, the newest first. Reads batches until it has
-/// enough: SQLite folds only the case of ASCII letters.
+/// enough.
 async fn search(
     conn: &mut SqliteConnection,
     mut cursor: Option<LineageCursor>,
@@ -222,7 +234,8 @@ async fn search(
 ) -> Result<Vec<LineageId>> {
     let mut found = Vec::new();
     loop {
-        let read: Vec<LineageText> = fetch_after(conn, cursor, SEARCH_BATCH, filter.hidden).await?;
+        let read: Vec<LineageText> =
+            fetch_after(conn, cursor, SEARCH_BATCH, filter.hidden, filter.pattern()).await?;
         let is_last = read.len() < SEARCH_BATCH as usize;
         let position =
             |last: &LineageText| LineageCursor { created_ms: last.created_ms, id: last.id };
@@ -235,23 +248,24 @@ async fn search(
     }
 }
 
-/// Reads a batch of lineages, the newest first.
+/// Reads a batch of lineages, the newest first; only those that meet a pattern, if there is one.
 async fn fetch_after<T: Record>(
     conn: &mut SqliteConnection,
     cursor: Option<LineageCursor>,
     limit: u32,
     hidden: Option<bool>,
+    pattern: Option<String>,
 ) -> Result<Vec<T>> {
     // Two statements, so that SQLite starts at the cursor in the index.
     let after = if cursor.is_some() { "AND (created_ms, id) < (?3, ?4)" } else { "" };
-    let mut query = select::<T>(&format!(
-        "FROM lineage WHERE hidden = coalesce(?1, hidden) {after}
+    let within = if pattern.is_some() { PATTERN } else { "" };
+    let query = select::<T>(&format!(
+        "FROM lineage WHERE hidden = coalesce(?1, hidden) {after} {within}
          ORDER BY created_ms DESC, id DESC LIMIT ?2"
     ));
-    query = query.bind(hidden).bind(limit);
-    if let Some(LineageCursor { created_ms, id }) = cursor {
-        query = query.bind(created_ms).bind(id.key().to_vec());
-    }
+    let position = cursor.map(|cursor| (cursor.created_ms, cursor.id.key().to_vec()));
+    let (created_ms, id) = position.unzip();
+    let query = query.bind(hidden).bind(limit).bind(created_ms).bind(id).bind(pattern);
     query.fetch_all(conn).await?.iter().map(T::read).collect()
 }
 

@@ -67,7 +67,7 @@ SCHEMAS = {
 # Left to `Client.request`: workers, the page, operations, and what other routes answer as well.
 LEFT_OUT = re.compile(
     r"^/v1/(leases|session|images/)|^/(healthz|metrics)|"
-    r"/(lit-angles|ray-ends|geometry|mean|difference.png)$|/views/.n./(mask|picture|scene).png$"
+    r"/(lit-angles|outlines|ray-ends|geometry|mean|difference.png)$|/views/.n./(mask|picture|scene).png$"
 )
 
 

@@ -3,7 +3,9 @@
 use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{Adopt, Breed, Generation, GenerationId, JobId, LineageId, Page};
+use brood_protocol::{
+    Adopt, Breed, Generation, GenerationId, GenerationOutline, JobId, LineageId, Page,
+};
 use http::{HeaderName, HeaderValue, header};
 use serde_json::Value;
 
@@ -112,6 +114,28 @@ pub async fn list(
     }
     presenter.finish().await?;
     Ok(Json(Page { items: generations, next }))
+}
+
+/// Lists the outlines of a lineage's generations, oldest first: its history, without most
+/// individuals.
+#[utoipa::path(get, path = "/v1/lineages/{id}/outlines", operation_id = "list_outlines", tag = "generations",
+    params(("id" = LineageId, Path), PageQuery),
+    responses((status = 200, description = "page of outlines", body = Page<GenerationOutline>)))]
+pub async fn outlines(
+    State(app): State<App>,
+    Path(id): Path<LineageId>,
+    Query(query): Query<PageQuery>,
+) -> Result<Json<Page<GenerationOutline>>, ApiError> {
+    let limit = query.limit()?;
+    let stored = app.store.list_outlines(id, query.cursor::<u64>()?, limit + 1).await?;
+    let Page { items, next } = page(stored, limit, |last| last.index.to_string(), |one| one);
+    let mut presenter = Presenter::new(&app);
+    let mut outlines = Vec::with_capacity(items.len());
+    for stored in items {
+        outlines.push(presenter.outline(id, stored).await?);
+    }
+    presenter.finish().await?;
+    Ok(Json(Page { items: outlines, next }))
 }
 
 /// Returns a generation.

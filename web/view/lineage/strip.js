@@ -3,7 +3,7 @@
  *
  * @import { Outline } from "../../model.js"
  */
-import { effect } from "../../vendor/signals-core.js";
+import { computed, effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
 import { visit } from "../../lineage/generations.js";
 import { ancestry, links } from "../../lineage/history.js";
@@ -37,8 +37,8 @@ function Link({ from, to, onPath }) {
 const MARGIN = 12;
 const GRAIN = 6;
 
-/** @type {string|null} */
-let scrolledTo = null;
+/** Generation and column that was scrolled to; the column changes while a history is read. */
+let scrolledTo = { id: /** @type {string|null} */ (null), column: -1 };
 
 /** Pixels from one column to the next. @param {HTMLElement} strip */
 const stepOf = (strip) => STEP * (Number(getComputedStyle(strip).getPropertyValue("--scale")) || 1);
@@ -63,14 +63,14 @@ function observe(strip) {
   observer.observe(strip);
 }
 
-/** Scrolls the strip to the shown generation, once. */
+/** Scrolls the strip to the shown generation, once for each place. */
 function scrollToShown() {
   const strip = /** @type {HTMLElement|null} */ (document.querySelector(".strip"));
   const id = lineageStore.shownId.peek();
-  if (!strip || id === scrolledTo) return;
+  if (!strip) return;
   const column = lineageStore.descent.peek().inOrder.findIndex((one) => one.id === id);
-  if (column < 0) return;
-  scrolledTo = id;
+  if (column < 0 || (id === scrolledTo.id && column === scrolledTo.column)) return;
+  scrolledTo = { id, column };
   const step = stepOf(strip);
   strip.scrollTo({ left: (column + SIDE / STEP / 2) * step - strip.clientWidth / 2 });
   followScroll(strip);
@@ -107,11 +107,16 @@ function Stop({ of, column, count, onPath }) {
   `;
 }
 
+/** The path to the shown generation, and all links; they do not change as the strip is scrolled. */
+const drawn = computed(() => {
+  const descent = lineageStore.descent.value;
+  const path = ancestry(descent.parents, lineageStore.shownId.value);
+  return { all: descent.inOrder, path, links: links(descent, path) };
+});
+
 /** The strip; draws only what is near its visible part, because a history may be long. */
 export function Strip() {
-  const descent = lineageStore.descent.value;
-  const all = descent.inOrder;
-  const path = ancestry(descent.parents, lineageStore.shownId.value);
+  const { all, path, links: every } = drawn.value;
   const width = Math.max(0, all.length * STEP - (STEP - SIDE));
   const { from, to } = viewStore.stripColumns.value;
   const first = Math.max(0, from);
@@ -119,7 +124,7 @@ export function Strip() {
     <nav class="strip" aria-label="History" data-testid="history" ref=${observe} onWheel=${scrollSideways} onScroll=${(/** @type {Event} */ event) => followScroll(/** @type {HTMLElement} */ (event.currentTarget))}>
       <div class="track" style=${{ width: scaled(width) }}>
         <svg aria-hidden="true" viewBox=${`0 0 ${width} ${SIDE + ARC}`} style=${{ width: scaled(width), height: scaled(SIDE + ARC) }}>
-          ${links(descent, path).filter((link) => link.to >= from && link.from <= to).map((link) => html`<${Link} key=${link.id} ...${link} />`)}
+          ${every.filter((link) => link.to >= from && link.from <= to).map((link) => html`<${Link} key=${link.id} ...${link} />`)}
         </svg>
         <ol>${all.slice(first, to + 1).map((of, order) => html`<${Stop} key=${of.id} of=${of} column=${first + order} count=${all.length} onPath=${path.has(of.id)} />`)}</ol>
       </div>

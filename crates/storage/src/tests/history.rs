@@ -12,7 +12,7 @@ use super::{
     age, execute, generation, genome, hash, idempotency, job, key, lineage, new_generation,
     new_lineage, open, picture, scene,
 };
-use crate::{LineageCursor, LineageFilter, NewImport, StorageError};
+use crate::{LineageCursor, LineageFilter, NewImport, StorageError, StoredOutline};
 
 #[tokio::test]
 async fn lineage_is_read_back_as_written() {
@@ -219,13 +219,15 @@ async fn lineages_are_found_by_words_of_name_notes_and_tags() {
     let (_dir, store) = open().await;
     let scene = scene(&store).await;
     let mut ids = Vec::new();
-    for (number, name) in ["Étude in gold", "gold", "clay"].into_iter().enumerate() {
+    for (number, name) in
+        ["Étude in gold", "gold", "clay at 300 \u{212a}elvin"].into_iter().enumerate()
+    {
         let new = new_lineage(name, scene, i64::try_from(number).unwrap());
         let new = Lineage { tags: vec![format!("Tag {number}")], ..new };
         ids.push(store.create_lineage(new, None).await.unwrap().id);
     }
     store.hide_lineage(ids[1]).await.unwrap();
-    let rows: [(Option<bool>, &str, &[LineageId]); 7] = [
+    let rows: [(Option<bool>, &str, &[LineageId]); 8] = [
         (Some(false), "ÉTUDE", &[ids[0]]),
         (Some(false), "gold", &[ids[0]]),
         (None, " gold  étude ", &[ids[0]]),
@@ -233,6 +235,7 @@ async fn lineages_are_found_by_words_of_name_notes_and_tags() {
         (None, "tag 2", &[ids[2]]),
         (None, "DUSK", &[ids[2], ids[1], ids[0]]),
         (None, "gold clay", &[]),
+        (None, "kelvin", &[ids[2]]),
     ];
     for (hidden, search, expected) in rows {
         let filter = LineageFilter::new(hidden, search);
@@ -317,4 +320,59 @@ async fn layers_are_read_from_column_or_decoded_from_genome() {
     execute(&store, text).await;
     let found = store.individuals(&ids).await.unwrap();
     assert_eq!(layer_names(&found), ["", "lambert cook-torrance", ""]);
+}
+
+#[tokio::test]
+async fn outlines_have_the_centre_favourites_and_where_the_first_parent_was_born() {
+    let (_dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    let first = generation(&store, lineage, &[], "a").await;
+    let parent = ParentRef::Individual(first.individuals[1].id);
+    let mut new = new_generation(lineage, &[parent], "b");
+    new.centre = Some(first.individuals[1].id);
+    let second = store.create_generation(new).await.unwrap();
+    let third = generation(&store, lineage, &[ParentRef::Genome(genome("b 2"))], "c").await;
+    let mut new = new_generation(lineage, &[], "d");
+    new.individuals.iter_mut().for_each(|one| one.operator = "adopt");
+    store.create_generation(new).await.unwrap();
+    let other = super::lineage(&store).await;
+    let foreign = generation(&store, other, &[parent], "e").await;
+    let mark = PatchIndividual { favourite: Some(true), note: None };
+    store.patch_individual(second.individuals[2].id, 1, mark).await.unwrap();
+
+    let outlines = store.list_outlines(lineage, None, 9).await.unwrap();
+    let kept = |one: &StoredOutline| one.individuals.iter().map(|one| one.slot).collect::<Vec<_>>();
+    assert_eq!(outlines.iter().map(|one| one.index).collect::<Vec<_>>(), [0, 1, 2, 3]);
+    assert_eq!(
+        outlines.iter().map(kept).collect::<Vec<_>>(),
+        [vec![0], vec![2], vec![0], vec![0, 1, 2]]
+    );
+    let from = [None, Some(first.id), Some(second.id), None];
+    assert_eq!(outlines.iter().map(|one| one.from).collect::<Vec<_>>(), from);
+    assert_eq!(outlines[1].centre.as_ref().unwrap().id, first.individuals[1].id);
+    assert_eq!(outlines[2].individuals, third.individuals[..1]);
+    assert_eq!(store.list_outlines(lineage, Some(0), 2).await.unwrap(), outlines[1..3]);
+    let elsewhere = store.list_outlines(other, None, 9).await.unwrap();
+    assert_eq!((elsewhere[0].id, elsewhere[0].from), (foreign.id, None));
+    let missing = store.list_outlines(LineageId::fresh(), None, 2).await;
+    assert!(matches!(missing, Err(StorageError::NotFound)), "{missing:?}");
+}
+
+#[tokio::test]
+async fn pages_of_generations_end_before_there_are_too_many_individuals() {
+    let (_dir, store) = open().await;
+    let lineage = lineage(&store).await;
+    for name in ["a", "b", "c", "d"] {
+        generation(&store, lineage, &[], name).await;
+    }
+    for (after, limit, individuals, expected) in [
+        (None, 9, 100, 4),
+        (None, 2, 100, 2),
+        (None, 9, 6, 2),
+        (Some(1), 9, 100, 2),
+        (None, 9, 1, 1),
+    ] {
+        let within = store.generations_within(lineage, after, limit, individuals).await.unwrap();
+        assert_eq!(within, expected, "{after:?} {limit} {individuals}");
+    }
 }
