@@ -2133,11 +2133,7 @@ export interface components {
          * @enum {string}
          */
         SearchState: "queued" | "running" | "paused" | "succeeded" | "failed" | "cancelled";
-        /**
-         * Format: int64
-         * @description Seed of a random stream: an integer from 0 to 18446744073709551615, given as a number or as a
-         *     decimal string.
-         */
+        /** @description Seed of a random stream: an integer from 0 to 18446744073709551615, given as a number or as a decimal string. */
         Seed: number;
         /** @description Sign-in request. */
         SignIn: {

@@ -68,7 +68,7 @@ async fn no_acknowledged_generation_is_lost_when_calls_fail() {
         let fault = FAULTS[(round % FAULTS.len() as u64) as usize];
         let turn = round / FAULTS.len() as u64;
         // One call, or all from the first on; a later call with each turn.
-        let count = if turn % 2 == 0 { 1 } else { u64::MAX };
+        let count = if turn.is_multiple_of(2) { 1 } else { u64::MAX };
         layer.arm(fault, 1 + turn * turn, count);
         let failed = breed(&server, &path, round * 100, &mut births).await;
         // Time to write the log back.
@@ -142,7 +142,7 @@ async fn start_on_a_failing_disk_ends_with_an_error_and_loses_nothing() {
     let each = rounds().div_ceil(FAULTS.len() as u64);
     for fault in FAULTS {
         for step in 0..each {
-            layer.arm(fault, 1 + step * (step + 1) / 2, if step % 2 == 0 { 1 } else { u64::MAX });
+            layer.arm(fault, 1 + step * (step + 1) / 2, if step.is_multiple_of(2) { 1 } else { u64::MAX });
             refused += u32::from(!starts(&layer, &server));
             failed += layer.disarm();
         }

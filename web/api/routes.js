@@ -84,7 +84,11 @@ export async function hideLineage(of) {
 export const listOutlines = (lineageId, cursor) =>
   request("GET", `/v1/lineages/${lineageId}/outlines?limit=200${cursor ? `&cursor=${cursor}` : ""}`);
 
-/** Reads the newest generation, if there is one. @param {Lineage} of @returns {Promise<Generation|null>} */
+/**
+ * Reads the newest generation, if there is one.
+ * @param {Lineage} of
+ * @returns {Promise<Generation|null>}
+ */
 export async function getNewestGeneration(of) {
   const after = of.generations > 1 ? `&cursor=${of.generations - 2}` : "";
   const { items } = await request("GET", `/v1/lineages/${of.id}/generations?limit=1${after}`);

@@ -6,9 +6,11 @@
 mod accept;
 mod bench;
 mod callgrind;
+mod contract;
 mod dev;
 mod dist;
 mod faults;
+mod fuzz;
 mod golden;
 mod mutants;
 mod prerequisite;
@@ -57,6 +59,9 @@ const USAGE: &str = "usage: cargo xtask <task>
   faults [--long | --minutes N]
                               kill, stop and starve the server and its workers, fill its disk, measure its memory: a line
                               of figures for each; --long: again and again for an hour
+  contract [--minutes N]      call every route as openapi.json describes it, and as it does not, with schemathesis
+  fuzz [PARSER ...] [--minutes N]
+                              feed every parser, or these, with inputs that libFuzzer makes from seeds
   mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
                               change the code in small ways and list the changes that no test detects
   wheel [--test]              build the Python package in the release profile into target/wheels;
@@ -88,7 +93,9 @@ fn main() -> ExitCode {
         ["bench", "live", options @ ..] => bench::live(options),
         ["bench", "far", options @ ..] => bench::far(options),
         ["bench", "look", options @ ..] => bench::look(options),
+        ["contract", options @ ..] => contract::run(options),
         ["faults", options @ ..] => faults::run(options),
+        ["fuzz", options @ ..] => fuzz::run(options),
         ["mutants", options @ ..] => mutants::run(options),
         ["dist"] => dist::run(),
         ["wheel"] => wheel::run(),

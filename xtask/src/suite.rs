@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::prerequisite::Prerequisites;
-use crate::{accept, callgrind, shell, tidy, wheel};
+use crate::{accept, callgrind, contract, shell, tidy, wheel};
 
 /// Result of one step.
 struct Step {
@@ -55,6 +55,7 @@ pub fn run() -> Result<()> {
         });
         step(&mut steps, "acceptance, short form", || accept::short(&target, &found));
         step(&mut steps, "Python package", || wheel::test(&target, &target.join("debug/brood")));
+        step(&mut steps, "contract, short form", || contract::short(&target));
         step(&mut steps, "instruction counts", || callgrind::guard(&target));
         step(&mut steps, "openapi.json; page: types and unit tests", page);
         step(&mut steps, "browser journey", || browser(&found, &target));

@@ -5,14 +5,29 @@ use std::io;
 
 use serde::{Deserialize, Deserializer, Serialize, de};
 
+use utoipa::openapi::RefOr;
+use utoipa::openapi::schema::{ObjectBuilder, Schema, Type};
+use utoipa::{PartialSchema, ToSchema};
+
 use crate::random::random_bytes;
 
 /// Seed of a random stream: an integer from 0 to 18446744073709551615, given as a number or as a
 /// decimal string.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, utoipa::ToSchema)]
-#[schema(value_type = u64)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(transparent)]
 pub struct Seed(pub u64);
+
+// Without the format `int64`, which has a sign.
+impl PartialSchema for Seed {
+    fn schema() -> RefOr<Schema> {
+        let words = "Seed of a random stream: an integer from 0 to 18446744073709551615, given as a number or as \
+                     a decimal string.";
+        let integer = ObjectBuilder::new().schema_type(Type::Integer).description(Some(words));
+        integer.minimum(Some(0)).maximum(Some(usize::MAX)).into()
+    }
+}
+
+impl ToSchema for Seed {}
 
 impl Seed {
     /// Draws a random seed below 2^53, which JavaScript represents exactly.

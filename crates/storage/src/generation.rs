@@ -231,7 +231,7 @@ impl Store {
     }
 }
 
-/// Number of generations at a place in a lineage whose individuals are at most so many together.
+/// Number of generations at a place in a lineage with at most this number of individuals together.
 const WITHIN: &str = "SELECT count(*) AS within FROM (
          SELECT sum(children) OVER (ORDER BY position) AS total FROM (
              SELECT position,

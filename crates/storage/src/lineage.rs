@@ -87,7 +87,7 @@ impl LineageFilter {
 }
 
 record! {
-    /// What a search reads of each lineage.
+    /// Texts of a lineage that a search reads.
     struct LineageText {
         id: LineageId,
         name: String,

@@ -44,8 +44,8 @@ record! {
 /// First children.
 const FIRST: &str = "WHERE individual.slot = 0
      AND individual.generation_id IN (SELECT unhex(value) FROM json_each(?1))";
-/// Others that are kept: favourites, and all of generations that were adopted. `+` keeps SQLite from
-/// reading all favourites.
+/// Others that are kept: favourites, and all of generations that were adopted. `+` keeps SQLite
+/// from reading all favourites.
 const OTHERS: &str = "WHERE individual.slot > 0 AND individual.id IN (
          SELECT id FROM individual
          WHERE generation_id IN (SELECT unhex(value) FROM json_each(?1)) AND +favourite = 1

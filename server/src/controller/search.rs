@@ -245,6 +245,7 @@ async fn extreme(
 pub struct LogQuery {
     /// Skip generations up to and including this one.
     #[serde(default)]
+    #[param(value_type = u64, maximum = 4_294_967_295_u32)]
     after: u32,
 }
 

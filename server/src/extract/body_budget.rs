@@ -61,7 +61,7 @@ pub struct BodyMemory {
 }
 
 impl BodyBudget {
-    /// Creates a budget of this memory, for so many bodies of each client.
+    /// Creates a budget of this memory, for at most `each` bodies of a client at the same time.
     pub const fn new(bytes: usize, each: usize) -> Self {
         Self { permits: Semaphore::const_new(bytes), arriving: Mutex::new(Vec::new()), each }
     }
@@ -122,8 +122,8 @@ impl BodyMemory {
     /// Takes memory for all bytes that have arrived.
     ///
     /// # Errors
-    /// 503 if there is too little and no slow body to give up, or if the client sends too many large
-    /// bodies at once.
+    /// 503 if there is too little and no slow body to give up, or if the client sends too many
+    /// large bodies at once.
     pub async fn reserve(&mut self) -> Result<(), ApiError> {
         let held = self.permits.as_ref().map_or(0, SemaphorePermit::num_permits);
         let more = self.arrival.progress().received.saturating_sub(limit::BODY_FREE + held);

@@ -6,6 +6,7 @@ use bytes::Bytes;
 use http::Request;
 use serde::de::DeserializeOwned;
 
+use super::objects::Objects;
 use super::read_upload;
 use super::strict::{check, located, pointer, pointer_step};
 use crate::limit;
@@ -36,12 +37,11 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequest<S> for Json<T> {
 /// 400 with a pointer to the error.
 pub fn parse_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, ApiError> {
     check(bytes)?;
-    // serde would accept a list as a struct, with the fields in order.
     if bytes.trim_ascii_start().first() != Some(&b'{') {
         return Err(ApiError::bad_json("the body must be a JSON object").at(""));
     }
     let mut deserializer = serde_json::Deserializer::from_slice(bytes);
-    serde_path_to_error::deserialize(&mut deserializer).map_err(|error| pointed(&error))
+    serde_path_to_error::deserialize(Objects(&mut deserializer)).map_err(|error| pointed(&error))
 }
 
 /// Parses a part of a JSON body, which must be an object; pointers are relative to it.
@@ -52,7 +52,7 @@ pub fn parse_value<T: DeserializeOwned>(value: &serde_json::Value) -> Result<T, 
     if !value.is_object() {
         return Err(ApiError::bad_json("the value must be a JSON object").at(""));
     }
-    serde_path_to_error::deserialize(value).map_err(|error| pointed(&error))
+    serde_path_to_error::deserialize(Objects(value)).map_err(|error| pointed(&error))
 }
 
 fn pointed(error: &serde_path_to_error::Error<serde_json::Error>) -> ApiError {
@@ -100,6 +100,7 @@ mod tests {
         assert_eq!(pointer(r#"{"constraints": {"shiny": true}}"#), "/constraints/shiny");
         assert_eq!(pointer(r#"{"parents": ["x"]}"#), "/parents/0");
         assert_eq!(pointer(r#"{"curation": "best"}"#), "/curation");
+        assert_eq!(pointer(r#"{"constraints": [true, false]}"#), "/constraints");
         assert_eq!(pointer(r#"{"count": 1, "count": 1}"#), "/count");
         assert_eq!(pointer("[]"), "");
     }

@@ -6,6 +6,7 @@ mod body_budget;
 mod if_match;
 mod json;
 mod multipart;
+mod objects;
 mod path;
 mod query;
 mod strict;

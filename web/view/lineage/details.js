@@ -149,8 +149,12 @@ const keyOn = (of, born) => (/** @type {KeyboardEvent} */ event) => {
   else if (isPlain(event, "i")) inspectFavourite(of, born);
 };
 
+/** Number of favourites that are shown: the newest. */
+const SHOWN = 60;
+
 function Favourites() {
-  const found = lineageStore.ordered.value.flatMap((born) => born.individuals.filter((one) => one.favourite).map((of) => ({ born, of })));
+  const all = lineageStore.ordered.value.flatMap((born) => born.individuals.filter((one) => one.favourite).map((of) => ({ born, of })));
+  const found = all.slice(-SHOWN);
   return html`
     <section aria-labelledby="favourites">
       <div class="row"><h2 id="favourites" class="grow">Favourites</h2><button type="button" data-testid="favourites-of-all" title="Favourites of all lineages, large (V)" onClick=${() => openFavourites()}>All …</button></div>
@@ -160,6 +164,7 @@ function Favourites() {
             <li key=${of.id} onKeyDown=${keyOn(of, born)}><button type="button" aria-label=${`Favourite ${of.slot + 1} of generation ${born.index}`} title=${of.note || `generation ${born.index}`} onClick=${() => showFavourite(born, of)}>
               <${ServerPicture} url=${of.thumbnail} lazy />
             </button><button type="button" class="about" data-testid="favourite-inspect" tabindex="-1" aria-label=${`Inspect and export favourite ${of.slot + 1} of generation ${born.index}`} title="Inspect and export (I)" onClick=${() => inspectFavourite(of, born)}>i</button><${Pin} name=${`favourite ${of.slot + 1} of generation ${born.index}`} onClick=${() => pinFavourite(of, born)} /></li>`)}</ul>`}
+      ${all.length > SHOWN && html`<p class="small">The newest ${SHOWN} of ${all.length}.</p>`}
     </section>
   `;
 }

@@ -10,7 +10,7 @@ use serde_json::Value;
 use crate::shell;
 
 /// Package, and the packages of this workspace that it may use directly, all without `brood-`.
-const ARROWS: [(&str, &str); 20] = [
+const ARROWS: [(&str, &str); 21] = [
     ("brdf", ""),
     // The catalogue of inputs that programs read is direction maths, so the machine's words for it
     // are brdf's.
@@ -39,6 +39,7 @@ const ARROWS: [(&str, &str); 20] = [
         "protocol genome program brdf mesh light scene eval export inspect search target worker",
     ),
     ("python", "brdf genome program mesh scene eval export search target protocol worker"),
+    ("fuzz", "brdf eval genome light mesh protocol scene target"),
     // Drives the binary from outside, over HTTP and the command line.
     ("tests", ""),
     ("xtask", ""),

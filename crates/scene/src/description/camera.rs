@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use brood_mesh::angle::orbit_direction;
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use utoipa::openapi::{OneOfBuilder, RefOr, Schema};
 use utoipa::{PartialSchema, ToSchema};
 
@@ -111,11 +111,18 @@ impl Default for Camera {
 struct Fields {
     orbit_deg: Option<[f64; 2]>,
     distance: Option<f64>,
+    #[serde(default, deserialize_with = "present")]
     eye: Option<[f64; 3]>,
     target: Option<[f64; 3]>,
     up: Option<[f64; 3]>,
     fov_y_deg: Option<f64>,
+    #[serde(default, deserialize_with = "present")]
     orthographic: Option<f64>,
+}
+
+/// Reads a field that is not null: these two choose the form.
+fn present<'de, D: Deserializer<'de>, T: Deserialize<'de>>(from: D) -> Result<Option<T>, D::Error> {
+    T::deserialize(from).map(Some)
 }
 
 impl TryFrom<Fields> for Camera {
