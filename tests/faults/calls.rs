@@ -142,7 +142,11 @@ async fn start_on_a_failing_disk_ends_with_an_error_and_loses_nothing() {
     let each = rounds().div_ceil(FAULTS.len() as u64);
     for fault in FAULTS {
         for step in 0..each {
-            layer.arm(fault, 1 + step * (step + 1) / 2, if step.is_multiple_of(2) { 1 } else { u64::MAX });
+            layer.arm(
+                fault,
+                1 + step * (step + 1) / 2,
+                if step.is_multiple_of(2) { 1 } else { u64::MAX },
+            );
             refused += u32::from(!starts(&layer, &server));
             failed += layer.disarm();
         }

@@ -15,6 +15,7 @@ mod clock;
 #[cfg(target_os = "linux")]
 mod disk;
 mod growth;
+mod history;
 #[cfg(target_os = "linux")]
 mod layer;
 #[cfg(target_os = "linux")]

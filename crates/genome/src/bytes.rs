@@ -49,6 +49,9 @@ pub enum BytesError {
         /// Offset of the effect.
         at: usize,
     },
+    /// The bytes encode a genome in another form than the canonical one, such as -0 for 0.
+    #[error("not the canonical form of the genome that the bytes encode")]
+    Form,
     /// The output stage is not valid.
     #[error(transparent)]
     Output(#[from] OutputError),
@@ -146,15 +149,18 @@ impl Genome {
             return Err(GenomeError::PaintedBump.into());
         }
         let is_plain = !limited && !has_layers && output == Output::IDENTITY;
-        if has_effects && is_plain {
-            return Ok(Self::painted(dialect, instructions, constants, effects)?);
-        }
-        if has_effects && !crate::effect::are_by_brdf(&effects) {
-            return Err(GenomeError::from(EffectsError::NotByBrdf).into());
-        }
-        let genome = Self::layered(dialect, instructions, constants, output, layers)?;
-        let genome = genome.with_limit(limited).with_bump(bump);
-        if has_effects { Ok(genome.with_effects(effects)?) } else { Ok(genome) }
+        let genome = if has_effects && is_plain {
+            Self::painted(dialect, instructions, constants, effects)?
+        } else {
+            if has_effects && !crate::effect::are_by_brdf(&effects) {
+                return Err(GenomeError::from(EffectsError::NotByBrdf).into());
+            }
+            let genome = Self::layered(dialect, instructions, constants, output, layers)?;
+            let genome = genome.with_limit(limited).with_bump(bump);
+            if has_effects { genome.with_effects(effects)? } else { genome }
+        };
+        // Otherwise two hashes would name the same genome.
+        if genome.canonical_bytes() == bytes { Ok(genome) } else { Err(BytesError::Form) }
     }
 
     /// Content hash.

@@ -3,6 +3,9 @@
 use std::io::Cursor;
 
 use brood_light::{EnvironmentError, EnvironmentMap};
+use exr::meta::BlockDescription;
+use exr::meta::MetaData;
+use exr::meta::header::Header;
 use image::error::DecodingError;
 use image::{ImageBuffer, ImageError, ImageFormat, ImageReader, Limits, Rgba};
 
@@ -25,17 +28,50 @@ pub enum PictureError {
 /// Most bytes of the header of a Radiance HDR file.
 const HDR_HEADER_BYTES: usize = 64 << 10;
 
-/// Checks that the header of a Radiance HDR file has an end: the decoder keeps every line.
+/// Most bytes of the pixels that an EXR file stores together, with all their channels. Four
+/// channels of 8192 pixels in 256 lines take 32 MiB.
+const EXR_BLOCK_BYTES: u64 = 64 << 20;
+
+/// Checks what the decoders do not bound: the header of a Radiance HDR file, of which every line is
+/// kept, and the blocks of an EXR file, which are decoded with all channels.
 ///
 /// # Errors
-/// Returns a decoding error if an empty line is missing from the first 64 KiB.
+/// Returns a decoding error if an empty line is missing from the first 64 KiB of an HDR file, or a
+/// block takes more than 64 MiB.
 pub(super) fn check_header(bytes: &[u8], format: ImageFormat) -> Result<(), ImageError> {
-    let head = &bytes[..bytes.len().min(HDR_HEADER_BYTES)];
-    if format != ImageFormat::Hdr || head.windows(2).any(|two| two == b"\n\n") {
-        return Ok(());
+    let refuse =
+        |reason: String| Err(ImageError::Decoding(DecodingError::new(format.into(), reason)));
+    match format {
+        ImageFormat::Hdr => {
+            let head = &bytes[..bytes.len().min(HDR_HEADER_BYTES)];
+            if head.windows(2).any(|two| two == b"\n\n") {
+                return Ok(());
+            }
+            refuse("the header must end with an empty line within 64 KiB".to_owned())
+        }
+        ImageFormat::OpenExr => match MetaData::read_from_buffered(bytes, false) {
+            Err(error) => refuse(error.to_string()),
+            Ok(meta) if meta.headers.iter().all(|part| block_bytes(part) <= EXR_BLOCK_BYTES) => {
+                Ok(())
+            }
+            Ok(_) => {
+                refuse("a block of pixels with all channels takes more than 64 MiB".to_owned())
+            }
+        },
+        _ => Ok(()),
     }
-    let reason = "the header must end with an empty line within 64 KiB";
-    Err(ImageError::Decoding(DecodingError::new(format.into(), reason)))
+}
+
+/// Bytes of a block of an EXR file.
+fn block_bytes(part: &Header) -> u64 {
+    let pixels = match part.blocks {
+        BlockDescription::Tiles(tiles) => [tiles.tile_size.width(), tiles.tile_size.height()],
+        BlockDescription::ScanLines => {
+            [part.compression.scan_lines_per_block(), part.layer_size.width()]
+        }
+    };
+    let factors = pixels.into_iter().chain([part.channels.bytes_per_pixel]);
+    factors.fold(1, |product: u64, factor| product.saturating_mul(factor as u64))
 }
 
 /// Error of bytes that cannot be read as an environment map.
@@ -205,6 +241,39 @@ mod tests {
         let png = encode_png(1, 1, &[0; 4]);
         assert!(matches!(decode_environment(&png), Err(EnvironmentFileError::Kind)));
         assert!(matches!(decode_environment(b""), Err(EnvironmentFileError::Kind)));
+    }
+
+    #[test]
+    fn exr_file_with_thousands_of_channels_is_refused() {
+        // Blocks of 16 lines of 1024 pixels: 72 MiB. The pixels are missing.
+        let mut bytes = b"\x76\x2f\x31\x01\x02\0\0\0".to_vec();
+        let mut attribute = |name: &str, kind: &str, value: &[u8]| {
+            let length = u32::try_from(value.len()).unwrap().to_le_bytes();
+            bytes.extend([name.as_bytes(), b"\0", kind.as_bytes(), b"\0", &length, value].concat());
+        };
+        let channel =
+            |name: String| [name.as_bytes(), b"\0\x02\0\0\0\0\0\0\0\x01\0\0\0\x01\0\0\0"].concat();
+        let names = ["B", "G", "R"].map(str::to_owned).into_iter();
+        let names = names.chain((0..1150).map(|number| format!("c{number:04}")));
+        let channels = [names.flat_map(channel).collect(), vec![0]].concat();
+        let window = [0_i32, 0, 1023, 15].map(i32::to_le_bytes).concat();
+        attribute("channels", "chlist", &channels);
+        attribute("compression", "compression", &[3]);
+        attribute("dataWindow", "box2i", &window);
+        attribute("displayWindow", "box2i", &window);
+        attribute("lineOrder", "lineOrder", &[0]);
+        attribute("pixelAspectRatio", "float", &1_f32.to_le_bytes());
+        attribute("screenWindowCenter", "v2f", &[0; 8]);
+        attribute("screenWindowWidth", "float", &1_f32.to_le_bytes());
+        bytes.push(0);
+        let refused = [
+            decode_environment(&bytes).unwrap_err().to_string(),
+            crate::decode_linear(&bytes, 1024).unwrap_err().to_string(),
+            crate::picture_size(&bytes).unwrap_err().to_string(),
+        ];
+        for error in refused {
+            assert!(error.contains("takes more than 64 MiB"), "{error}");
+        }
     }
 
     #[test]
