@@ -8,7 +8,7 @@
  * @import { Descent } from "./history.js"
  */
 import { computed, signal } from "../vendor/signals-core.js";
-import { descentOf } from "./history.js";
+import { ancestry, descentOf, links } from "./history.js";
 import { isByBrdf, isPainted } from "./layers.js";
 import { hasValues, withParameters } from "./parameters.js";
 
@@ -161,6 +161,14 @@ class LineageStore {
   ordered = computed(() => inOrder(this.generations.value));
   /** @type {Signal<Descent>} */
   descent = computed(() => descentOf(this.ordered.value));
+  /**
+   * Generations in the strip, the path to the shown one, and every link; scrolling changes none.
+   * @type {Signal<{all: Outline[], path: Set<string>, every: ReturnType<typeof links>}>}
+   */
+  strip = computed(() => {
+    const path = ancestry(this.descent.value.parents, this.shownId.value);
+    return { all: this.descent.value.inOrder, path, every: links(this.descent.value, path) };
+  });
   /**
    * True if all genomes of the lineage are programs: it began with programs and nothing was
    * imported.

@@ -3,10 +3,9 @@
  *
  * @import { Outline } from "../../model.js"
  */
-import { computed, effect } from "../../vendor/signals-core.js";
+import { effect } from "../../vendor/signals-core.js";
 import { pin } from "../../compare/ab.js";
 import { visit } from "../../lineage/generations.js";
-import { ancestry, links } from "../../lineage/history.js";
 import { modelsInWords, modelsOf } from "../../lineage/layers.js";
 import { centreOf, lineageStore } from "../../lineage/store.js";
 import { Pin } from "../compare/ab.js";
@@ -107,16 +106,9 @@ function Stop({ of, column, count, onPath }) {
   `;
 }
 
-/** The path to the shown generation, and all links; they do not change as the strip is scrolled. */
-const drawn = computed(() => {
-  const descent = lineageStore.descent.value;
-  const path = ancestry(descent.parents, lineageStore.shownId.value);
-  return { all: descent.inOrder, path, links: links(descent, path) };
-});
-
 /** The strip; draws only what is near its visible part, because a history may be long. */
 export function Strip() {
-  const { all, path, links: every } = drawn.value;
+  const { all, path, every } = lineageStore.strip.value;
   const width = Math.max(0, all.length * STEP - (STEP - SIDE));
   const { from, to } = viewStore.stripColumns.value;
   const first = Math.max(0, from);
