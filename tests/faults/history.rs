@@ -15,8 +15,8 @@ const CHILDREN: u64 = 8;
 /// Requests of each list.
 const REQUESTS: usize = 40;
 
-/// Rows of generations that are each bred from the one before: copies of the first generation and
-/// its children, with ids that are numbers.
+/// Copies the first generation and its children; each copy is bred from the one before. Ids are
+/// numbers.
 const COPIES: [&str; 3] = [
     "INSERT INTO generation (id, lineage_id, position, seed_bits, mutation, recombination, curation,
          steer_json, created_ms)

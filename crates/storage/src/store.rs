@@ -40,7 +40,7 @@ struct Inner {
     /// True until the check after an unclean shutdown has passed.
     unchecked: AtomicBool,
     /// Files that stay open until the connections are closed.
-    kept: Mutex<Vec<File>>,
+    kept: Mutex<Vec<Arc<File>>>,
 }
 
 record! {
@@ -229,9 +229,12 @@ impl Store {
         &self.inner.file
     }
 
-    /// Keeps files open until all connections are closed.
-    pub(crate) fn keep_open(&self, files: [File; 2]) {
-        self.inner.kept.lock().expect("no code panics while holding this lock").extend(files);
+    /// Opens a file for reading. It stays open until all connections are closed.
+    pub(crate) fn open_until_closed(&self, path: &Path) -> Result<Arc<File>> {
+        let file = Arc::new(File::open(path).map_err(StorageError::Directory)?);
+        let kept = &self.inner.kept;
+        kept.lock().expect("no code panics while holding this lock").push(file.clone());
+        Ok(file)
     }
 
     /// Counts the rows of each table, for monitoring.

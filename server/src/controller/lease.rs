@@ -65,8 +65,8 @@ fn check_same<T: Ticket>(key: T::Key, ticket: &T) -> Result<(), ApiError> {
     Err(ApiError::bad_request("the ticket and the address name different leases"))
 }
 
-/// Notes which client runs a worker, unless the server does, and waits while that client's workers
-/// get no jobs. Returns false if that takes longer than the request may.
+/// Records the client of a worker that the server did not start. Waits while the client's workers
+/// get no jobs; returns false if that takes longer than the request may wait.
 async fn may_work(app: &App, headers: &HeaderMap, worker: &str, wait_ms: u32) -> bool {
     if !is_own(app, headers) {
         app.workers.run_by(worker, Client::current());

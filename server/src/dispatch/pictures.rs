@@ -121,8 +121,8 @@ impl PictureService {
         }
     }
 
-    /// Returns the `Retry-After` of a 503 in seconds: the recent mean duration of jobs or the age
-    /// of the oldest interactive job, whichever is longer.
+    /// Returns the `Retry-After` of a 503 in seconds: the larger of the recent mean duration of
+    /// jobs and the age of the oldest interactive job.
     pub async fn retry_after_s(&self) -> u64 {
         let of_late = self.history.wait().unwrap_or_default();
         // The age is optional: an error of the store must not hide the 503.

@@ -185,7 +185,7 @@ impl PictureService {
     }
 
     /// Accepts the results of a lease. Pictures of workers that are not the server's own are
-    /// decoded; if they are invalid, the job is done by another worker.
+    /// decoded; if one is invalid, the job is queued again.
     ///
     /// # Errors
     /// 409 if the lease is not valid any more, 422 if the results are not the requested pictures.

@@ -1,5 +1,5 @@
-//! Workers heard from recently, and clients whose workers get no jobs for a while: they let leases
-//! expire, or sent what is no picture.
+//! Workers heard from recently, and clients whose workers get no jobs for a while, because a lease
+//! expired or pictures were invalid.
 
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -11,6 +11,8 @@ use crate::client::Client;
 
 /// Number of workers kept.
 const WORKERS: usize = 256;
+/// Most names of workers whose client is known.
+const NAMES: usize = 4096;
 /// Time since its last message for which a worker counts as present.
 const PRESENT: Duration = Duration::from_secs(60);
 
@@ -22,8 +24,9 @@ const LONGEST_WAIT: Duration = Duration::from_secs(60);
 #[derive(Debug, Default)]
 pub struct Workers {
     workers: Mutex<HashMap<String, (Instant, WorkerReport)>>,
-    /// Clients that run workers, by the workers' names. The server's own are not among them.
-    clients: Mutex<HashMap<String, Client>>,
+    /// Clients that run workers, by the workers' names, with the time of the last request for a
+    /// job. Workers of the server are left out.
+    clients: Mutex<HashMap<String, (Instant, Client)>>,
     failures: Mutex<HashMap<Client, Failures>>,
 }
 
@@ -57,15 +60,19 @@ impl Workers {
     /// Records which client runs a worker that the server did not start.
     pub fn run_by(&self, name: &str, client: Client) {
         let mut clients = self.clients.lock().expect("nothing panics under this lock");
-        if clients.len() < WORKERS || clients.contains_key(name) {
-            clients.insert(name.to_owned(), client);
+        if clients.len() >= WORKERS && !clients.contains_key(name) {
+            clients.retain(|_, (when, _)| when.elapsed() < PRESENT);
+        }
+        if clients.len() < NAMES {
+            clients.insert(name.to_owned(), (Instant::now(), client));
         }
     }
 
     /// Records that a lease of a worker has expired.
     pub fn lost(&self, name: &str) {
-        let client =
-            self.clients.lock().expect("nothing panics under this lock").get(name).copied();
+        let clients = self.clients.lock().expect("nothing panics under this lock");
+        let client = clients.get(name).map(|known| known.1);
+        drop(clients);
         if let Some(client) = client {
             self.failed(client);
         }
