@@ -302,10 +302,13 @@ fn each(work: &RenderJob, pictures: &[RenderedPicture], check: PictureCheck) -> 
 
 #[cfg(test)]
 mod tests {
-    use brood_protocol::{Backend, Frame, MeshSource, PackedProgram, Subject};
+    use brood_protocol::{Backend, Frame, MeshSource, PackedProgram, Subject, encode};
     use brood_scene::Scene;
+    use brood_storage::NewJob;
 
     use super::*;
+    use crate::config::ServerConfig;
+    use crate::server::Server;
 
     fn picture(key: u8, side: u32) -> RenderedPicture {
         let bytes = brood_eval::encode_png(side, side, &vec![0; (side * side * 4) as usize]);
@@ -313,14 +316,44 @@ mod tests {
         RenderedPicture { key, bytes, exposure_ev: 0.0, samples: 1, operations: 1 }
     }
 
-    #[test]
-    fn results_are_refused_unless_they_are_the_pictures_asked_for() {
+    fn job(items: Vec<RenderItem>) -> RenderJob {
         let options = (PictureFormat::Png, Backend::Auto);
         let frame = Frame::new(&Scene::default(), MeshSource::Builtin, 16, 1, options);
+        RenderJob::new(frame, items)
+    }
+
+    fn item(key: u8) -> RenderItem {
         let packed = PackedProgram { words: Vec::new(), operations_written: 0 };
-        let subject = Subject::Program(packed);
-        let item = |key| RenderItem { key: PictureKey([key; 32]), subject: subject.clone() };
-        let work = RenderJob::new(frame, vec![item(2), item(1), item(1)]);
+        RenderItem { key: PictureKey([key; 32]), subject: Subject::Program(packed) }
+    }
+
+    #[tokio::test]
+    async fn job_is_queued_again_after_invalid_pictures_of_a_foreign_worker() {
+        let dir = tempfile::tempdir().unwrap();
+        let config = ServerConfig::new("127.0.0.1:0".parse().unwrap(), dir.path().to_owned());
+        let app = Server::bind(config).await.unwrap().app();
+        let queued = NewJob {
+            id: JobId::fresh(),
+            queue: Queue::Interactive,
+            turn: 0,
+            leased_to: None,
+            payload: encode(&job(vec![item(1)])),
+            created_ms: 1,
+        };
+        app.store.enqueue(queued, 9).await.unwrap();
+        for (is_own, is_queued) in [(false, true), (true, false)] {
+            let claimed = app.pictures.claim("far", Queue::Interactive).await.unwrap();
+            let ticket = claimed.expect("the job is queued").take().ticket;
+            let outcome = RenderOutcome::Pictures(Vec::new(), Default::default());
+            let refused = app.pictures.results(LeaseResults { ticket, outcome }, is_own).await;
+            assert_eq!(refused.unwrap_err().status(), 422);
+            assert_eq!(app.store.any_queued(Queue::Interactive).await.unwrap(), is_queued);
+        }
+    }
+
+    #[test]
+    fn results_are_refused_unless_they_are_the_pictures_asked_for() {
+        let work = job(vec![item(2), item(1), item(1)]);
         check_all(&work, &[picture(1, 16), picture(2, 16)]).unwrap();
         assert!(check_all(&work, &[picture(1, 16)]).is_err());
         assert!(check_all(&work, &[picture(1, 16), picture(3, 16)]).is_err());
