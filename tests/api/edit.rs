@@ -71,6 +71,8 @@ async fn an_edited_genome_becomes_a_child_that_is_bred_on_and_saved_with_its_par
     let descendants = server.get(&path).await.expect(200).json();
     assert_eq!(ids(&descendants)[0], child["id"], "the child, then its brood");
     assert_eq!(ids(&descendants).len(), 4);
+    let removed = server.get(&format!("{path}?cursor={}", uuid::Uuid::nil())).await.expect(400);
+    assert!(removed.text().contains("was removed"), "{}", removed.text());
     let file = server.get(&format!("{lineage}/file")).await.expect(200).body;
     let other = TestServer::start();
     let imported = other.post_bytes("/v1/lineages/import", "application/json", file).await;

@@ -4,7 +4,7 @@ use axum::Json;
 use axum::extract::State;
 use axum::response::Response;
 use brood_protocol::{IndividualDetail, IndividualId, LineageId, Page, PatchIndividual};
-use brood_storage::StoredIndividual;
+use brood_storage::{StorageError, StoredIndividual};
 use serde::Deserialize;
 
 use super::circle::circle_ev;
@@ -132,8 +132,14 @@ pub async fn descendants(
     Path(id): Path<IndividualId>,
     Query(query): Query<PageQuery>,
 ) -> Result<Json<Page<IndividualDetail>>, ApiError> {
-    let limit = query.limit()?;
-    let stored = app.store.descendants(id, query.cursor()?, limit + 1).await?;
+    let (limit, cursor) = (query.limit()?, query.cursor()?);
+    if let Some(cursor) = cursor
+        && let Err(StorageError::NotFound) = app.store.individual(cursor).await
+    {
+        let words = "names an individual that was removed; begin with the first page";
+        return Err(ApiError::bad_parameter("cursor", words));
+    }
+    let stored = app.store.descendants(id, cursor, limit + 1).await?;
     present_page(&app, stored, limit).await
 }
 

@@ -67,14 +67,21 @@ impl From<ObjError> for ApiError {
 /// Largest length of a message that may contain input at any place.
 const MESSAGE_BYTES: usize = 160;
 
-/// Returns serde's message without its position, with quoted input shortened.
+/// Returns serde's message without its position, with quoted input shortened. Names of structs are
+/// replaced by "an object".
 pub fn serde_words(message: &str) -> String {
     let message = match message.rfind(" at line ") {
         Some(end) => &message[..end],
         None => message,
     };
     match message.rfind(", expected ") {
-        Some(split) => format!("{}{}", quote(&message[..split]), &message[split..]),
+        Some(split) => {
+            let expected = match &message[split..] {
+                name if name.starts_with(", expected struct ") => ", expected an object",
+                other => other,
+            };
+            format!("{}{expected}", quote(&message[..split]))
+        }
         None => shortened(message, MESSAGE_BYTES),
     }
 }
@@ -91,6 +98,9 @@ mod tests {
         assert!(words.len() < 100, "{words}");
         assert!(words.ends_with(", expected `a` or `b`"), "{words}");
         assert_eq!(serde_words("missing field `name` at line 1 column 2"), "missing field `name`");
+        let message =
+            "invalid type: sequence, expected struct Fields with 3 elements at line 1 column 2";
+        assert_eq!(serde_words(message), "invalid type: sequence, expected an object");
         let own = "a light's strength is given once, not by both intensity_cd and flux_lm";
         assert_eq!(serde_words(&format!("{own} at line 1 column 9")), own);
         assert!(serde_words(&long).len() <= MESSAGE_BYTES);
