@@ -7,6 +7,7 @@ mod accept;
 mod bench;
 mod callgrind;
 mod contract;
+mod deny;
 mod dev;
 mod dist;
 mod faults;
@@ -60,6 +61,7 @@ const USAGE: &str = "usage: cargo xtask <task>
                               kill, stop and starve the server and its workers, fill its disk, measure its memory: a line
                               of figures for each; --long: again and again for an hour
   contract [--minutes N]      call every route as openapi.json describes it, and as it does not, with schemathesis
+  deny                        check licences, sources and advisories of the dependencies with cargo-deny
   fuzz [PARSER ...] [--minutes N]
                               feed every parser, or these, with inputs that libFuzzer makes from seeds
   mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
@@ -79,6 +81,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let outcome = match words.as_slice() {
         ["test" | "ci"] => suite::run(),
+        ["deny"] => deny::run(),
         ["dev"] => dev::run(),
         ["golden"] => golden::run(false),
         ["golden", "--update"] => golden::run(true),

@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::prerequisite::Prerequisites;
-use crate::{accept, callgrind, contract, shell, tidy, wheel};
+use crate::{accept, callgrind, contract, deny, shell, tidy, wheel};
 
 /// Result of one step.
 struct Step {
@@ -30,6 +30,7 @@ pub fn run() -> Result<()> {
         shell::run(shell::cargo().args(["fmt", "--all", "--", "--check"]))
     });
     step(&mut steps, "tidy", || tidy::run(&[]));
+    step(&mut steps, "dependencies", deny::run);
     let built = step(&mut steps, "build", || {
         shell::run(shell::cargo().args(["build", "--workspace", "--all-targets", "--locked"]))
     });

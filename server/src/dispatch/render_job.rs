@@ -86,8 +86,8 @@ impl JobKind for PictureService {
             self.metrics.skipped.increment((before - work.items.len()) as u64);
             work.items.retain(|item| !self.cache.end_if_abandoned(&[item.key]));
             if work.items.is_empty() {
-                self.metrics.abandoned.increment(1);
                 self.store.complete(job.id, job.epoch).await?;
+                self.metrics.abandoned.increment(1);
                 continue;
             }
             let waited_ms = u64::try_from(now_ms() - job.created_ms).unwrap_or(0);
@@ -159,8 +159,8 @@ impl PictureService {
         {
             let job = lease.payload.job;
             tracing::debug!(%job, "no client waits for a job any more");
-            self.metrics.abandoned.increment(1);
             self.store.complete(job, ticket.epoch).await?;
+            self.metrics.abandoned.increment(1);
             return Err(ApiError::stale_lease("no client waits for the pictures any more"));
         }
         Ok(renewed)

@@ -32,6 +32,7 @@ use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
 
 pub use publish::search_json;
+use publish::used_share;
 
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
@@ -258,7 +259,11 @@ impl Searches {
         let Some(last) = lines.last().copied() else {
             return Err(ApiError::refused("a report must have at least one generation"));
         };
-        let yields = held >= limit::SEARCH_SLICE && self.store.any_search_queued().await?;
+        // A search that has used its budget ends with its next report.
+        let budget = search.options.budget;
+        let used = used_share(budget, last.generation, last.evaluations, last.seconds);
+        let yields =
+            held >= limit::SEARCH_SLICE && used < 1.0 && self.store.any_search_queued().await?;
         self.metrics.search_generations.increment(lines.len() as u64);
         let hash = *blake3::hash(&checkpoint).as_bytes();
         let step = SearchStep {

@@ -8,7 +8,6 @@ mod circle;
 mod commit;
 mod duplicate;
 mod english;
-mod licence;
 mod link;
 mod source;
 mod type_name;
@@ -46,7 +45,6 @@ fn violations() -> Result<Vec<String>> {
     found.extend(source::violations(&root)?);
     found.extend(link::violations(&root)?);
     found.extend(duplicate::violations(&root)?);
-    found.extend(licence::violations()?);
     found.extend(commit::violations(&root));
     Ok(found)
 }
