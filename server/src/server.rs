@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 
-use brood_protocol::PictureKey;
+use brood_protocol::{LineageId, PictureKey};
 use brood_storage::{StorageError, Store};
 use bytes::Bytes;
 use tokio::net::TcpListener;
@@ -89,6 +89,7 @@ impl Server {
         if requeued > 0 {
             tracing::info!(requeued, "requeued exports of the last run; made files are kept");
         }
+        let unfinished = store.unfinished_lineages().await?;
         let known = store.exports().await?.into_iter().map(|export| export.id).collect();
         let root = config.data.join("exports");
         let opened = tokio::task::spawn_blocking(move || ExportFolder::open(root, &known)).await;
@@ -100,6 +101,7 @@ impl Server {
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);
         let (cache, writes) = PictureCache::new(disk.map_err(ServerError::Cache)?, bytes / 4);
         let (tasks, stopping) = (TaskTracker::new(), CancellationToken::new());
+        tasks.spawn(remove_lineages(store.clone(), unfinished));
         let library = Arc::new(Library::new(store.clone()));
         let (metrics, events) = (Arc::new(Metrics::new()), Arc::new(Events::new()));
         let (processors, ledger) = (Processors::new(), Ledger::default());
@@ -247,6 +249,18 @@ fn unless_full(requeued: Result<u64, StorageError>) -> Result<u64, StorageError>
             Ok(0)
         }
         requeued => requeued,
+    }
+}
+
+/// Removes the lineages that the last run did not finish to import or to remove.
+async fn remove_lineages(store: Store, unfinished: Vec<LineageId>) {
+    for id in unfinished {
+        match store.remove_lineage(id).await {
+            Ok(()) => tracing::info!(%id, "removed a lineage that the last run had not finished"),
+            Err(error) => {
+                tracing::warn!(%id, %error, "an unfinished lineage is removed at the next start");
+            }
+        }
     }
 }
 

@@ -17,6 +17,8 @@ mod disk;
 mod growth;
 mod history;
 #[cfg(target_os = "linux")]
+mod import;
+#[cfg(target_os = "linux")]
 mod layer;
 #[cfg(target_os = "linux")]
 mod memory;

@@ -5,9 +5,11 @@ use std::fs;
 use std::io::{Cursor, Write};
 use std::time::Duration;
 
-use brood_tests::{TestLineage, TestServer, text_of};
+use brood_tests::{TestServer, text_of};
 use futures::future::join_all;
-use serde_json::{Value, json};
+use serde_json::Value;
+
+use super::import::long_file;
 
 const REQUEST_MIB: u64 = 256;
 const MIX_MIB: u64 = 512;
@@ -92,26 +94,8 @@ async fn decoded_pictures_are_bounded() {
 #[tokio::test(flavor = "multi_thread")]
 async fn files_of_long_lineages_are_streamed() {
     let server = TestServer::start();
-    let lineage = TestLineage::new(&server).await;
-    lineage.random(1).await;
-    let mut file = server.get(&lineage.path("/file")).await.expect(200).json();
     // 100,000 individuals with one genome: 20 MB.
-    let generation = file["generations"][0].clone();
-    let child = generation["individuals"][0].clone();
-    let with_id = |number: u64, slot: u64| -> Value {
-        let mut child = child.clone();
-        child["id"] = json!(format!("01900000-0000-7000-8000-{:012x}", 256 * number + slot));
-        child["slot"] = json!(slot);
-        child
-    };
-    let generations = (0..391).map(|number| {
-        let mut one = generation.clone();
-        one["individuals"] = (0..256).map(|slot| with_id(number, slot)).collect();
-        one
-    });
-    file["generations"] = generations.collect();
-    let hash = text_of(&child["hash"]);
-    file["genomes"] = json!({ &hash: file["genomes"][&hash] });
+    let file = long_file(&server, 391).await;
     let body = file.to_string();
     let imported = within(&server, "import of 20 MB", REQUEST_MIB, async {
         let answer = server.post_bytes("/v1/lineages/import", "application/json", body).await;

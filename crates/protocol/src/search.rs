@@ -68,6 +68,20 @@ pub enum Budget {
     Evaluations(u64),
 }
 
+impl Budget {
+    /// Returns the share of the budget, 0 to 1, that generations, evaluations and seconds have
+    /// used.
+    #[must_use]
+    pub fn used_share(self, generation: u32, evaluations: u64, seconds: f64) -> f64 {
+        let share = match self {
+            Self::Seconds(budget) => seconds / budget,
+            Self::Generations(budget) => f64::from(generation) / f64::from(budget),
+            Self::Evaluations(budget) => evaluations as f64 / budget as f64,
+        };
+        share.clamp(0.0, 1.0)
+    }
+}
+
 brood_brdf::named_enum! {
     /// State of a search.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize, utoipa::ToSchema)]
@@ -295,4 +309,18 @@ pub struct SearchLine {
     /// Genome hash of the best individual so far.
     #[schema(value_type = Option<String>)]
     pub best: Option<GenomeHash>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn share_of_a_budget_ends_at_one() {
+        assert_eq!(Budget::Seconds(40.0).used_share(9, 90, 10.0), 0.25);
+        assert_eq!(Budget::Generations(12).used_share(9, 90, 10.0), 0.75);
+        assert_eq!(Budget::Evaluations(180).used_share(9, 90, 10.0), 0.5);
+        // A generation is finished when the budget is used up within it.
+        assert_eq!(Budget::Evaluations(80).used_share(9, 90, 10.0), 1.0);
+    }
 }

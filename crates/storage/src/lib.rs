@@ -48,6 +48,7 @@ mod row;
 mod scene;
 mod search;
 mod search_lease;
+mod slice;
 mod store;
 mod target;
 mod token;

@@ -9,7 +9,7 @@ use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
 use crate::idempotency::{self, Idempotency};
-use crate::row::{Key, Record, json_set, optional_key, record, select, signed};
+use crate::row::{Columns, Key, Record, json_set, optional_key, record, select, signed};
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
@@ -261,12 +261,31 @@ async fn fetch_after<T: Record>(
     let within = if pattern.is_some() { PATTERN } else { "" };
     let query = select::<T>(&format!(
         "FROM lineage WHERE hidden = coalesce(?1, hidden) {after} {within}
+             AND id NOT IN (SELECT lineage_id FROM unfinished_lineage)
          ORDER BY created_ms DESC, id DESC LIMIT ?2"
     ));
     let position = cursor.map(|cursor| (cursor.created_ms, cursor.id.key().to_vec()));
     let (created_ms, id) = position.unzip();
     let query = query.bind(hidden).bind(limit).bind(created_ms).bind(id).bind(pattern);
     query.fetch_all(conn).await?.iter().map(T::read).collect()
+}
+
+/// Hides a lineage from all lists until its import or removal is finished.
+///
+/// # Errors
+/// Returns [`StorageError::NotFound`] if it does not exist.
+pub(crate) async fn set_unfinished(conn: &mut SqliteConnection, id: LineageId) -> Result<()> {
+    let query = sqlx::query("UPDATE lineage SET hidden = 1 WHERE id = ?").bind(id.key());
+    changed(&query.execute(&mut *conn).await?, StorageError::NotFound)?;
+    let sql = "INSERT INTO unfinished_lineage (lineage_id) VALUES (?) ON CONFLICT DO NOTHING";
+    sqlx::query(sql).bind(id.key()).execute(conn).await?;
+    Ok(())
+}
+
+/// Reads the unfinished lineages.
+pub(crate) async fn unfinished(conn: &mut SqliteConnection) -> Result<Vec<LineageId>> {
+    let query = sqlx::query("SELECT lineage_id FROM unfinished_lineage");
+    query.fetch_all(conn).await?.iter().map(|row| row.column("lineage_id")).collect()
 }
 
 fn tags_json(tags: &[String]) -> String {

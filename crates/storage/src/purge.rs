@@ -2,9 +2,8 @@
 //! references. It keeps hashes of parents in other lineages, genomes saved by hand, and pictures of
 //! programs that a remaining genome shares.
 //!
-//! Removes the youngest generations first, in transactions of about [`SLICE`], so that other
-//! writes wait no longer than one. If the process ends between two of them, the lineage is hidden
-//! and has lost its youngest generations; purging it again removes the rest.
+//! Removes the youngest generations first, in slices. The lineage is unfinished from the first one:
+//! lists leave it out, and if the process ends between two slices, the next start removes the rest.
 
 use std::time::{Duration, Instant};
 
@@ -13,13 +12,11 @@ use brood_protocol::LineageId;
 use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
-use crate::genome;
 use crate::row::{Columns, Key};
+use crate::slice::Pace;
 use crate::writer::operation;
-use crate::{StorageError, Store};
+use crate::{StorageError, Store, genome, lineage};
 
-/// Time that the statements of a transaction take.
-const SLICE: Duration = Duration::from_millis(15);
 /// Number of generations in the first transaction, and the most.
 const GENERATIONS: u32 = 4;
 const GENERATIONS_MAX: u32 = 1024;
@@ -59,7 +56,6 @@ const REASSIGN_PICTURES: &str = "UPDATE picture SET genome_hash = coalesce(
     WHERE genome_hash IN (SELECT hash FROM temp.purge_candidate)";
 const REMOVE_GENOMES: &str =
     "DELETE FROM genome WHERE hash IN (SELECT hash FROM temp.purge_candidate)";
-const HIDE: &str = "UPDATE lineage SET hidden = 1 WHERE id = ?";
 const REMOVE_LINEAGE: &str = "DELETE FROM lineage WHERE id = ?";
 
 /// Result of one transaction.
@@ -71,41 +67,33 @@ struct Slice {
 impl Store {
     /// Removes a lineage with its generations and individuals, and the genomes and picture keys
     /// without other references. Children of its individuals in other lineages keep the parent's
-    /// hash. It is hidden at once, and removed even if the caller does not wait for the end.
+    /// hash. Lists leave it out at once, and it is removed even if the caller does not wait for the
+    /// end.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the lineage does not exist.
     pub async fn purge_lineage(&self, id: LineageId) -> Result<()> {
-        self.write(operation!(|conn| {
-            changed(&sqlx::query(HIDE).bind(id.key()).execute(conn).await?, StorageError::NotFound)
-        }))
-        .await?;
+        self.write(operation!(|conn| lineage::set_unfinished(conn, id).await)).await?;
         let store = self.clone();
         let removal = tokio::spawn(async move { store.remove_lineage(id).await });
         removal.await.unwrap_or(Err(StorageError::Closed))
     }
 
-    async fn remove_lineage(&self, id: LineageId) -> Result<()> {
-        let mut count = GENERATIONS;
+    /// Removes an unfinished lineage.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if it does not exist any more.
+    pub async fn remove_lineage(&self, id: LineageId) -> Result<()> {
+        let mut pace = Pace::new(GENERATIONS, GENERATIONS_MAX);
         loop {
+            let count = pace.size();
             // The last write makes all of them durable.
-            let removal =
-                self.write_relaxed(operation!(|conn| remove_slice(conn, id, count).await));
-            let slice = match removal.await {
-                Err(StorageError::Busy) => {
-                    tokio::time::sleep(SLICE).await;
-                    continue;
-                }
-                slice => slice?,
-            };
+            let slice =
+                self.write_slice(|| operation!(|conn| remove_slice(conn, id, count).await)).await?;
             if slice.generations < u64::from(count) {
                 break;
             }
-            if slice.elapsed > SLICE {
-                count = (count / 2).max(1);
-            } else if slice.elapsed < SLICE / 2 {
-                count = (count * 2).min(GENERATIONS_MAX);
-            }
+            pace.adapt(slice.elapsed);
         }
         self.write(operation!(|conn| {
             // Generations that were born in the meantime.

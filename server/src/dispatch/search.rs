@@ -32,7 +32,6 @@ use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
 
 pub use publish::search_json;
-use publish::used_share;
 
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
@@ -261,7 +260,7 @@ impl Searches {
         };
         // A search that has used its budget ends with its next report.
         let budget = search.options.budget;
-        let used = used_share(budget, last.generation, last.evaluations, last.seconds);
+        let used = budget.used_share(last.generation, last.evaluations, last.seconds);
         let yields =
             held >= limit::SEARCH_SLICE && used < 1.0 && self.store.any_search_queued().await?;
         self.metrics.search_generations.increment(lines.len() as u64);

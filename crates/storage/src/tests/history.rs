@@ -12,7 +12,7 @@ use super::{
     age, execute, generation, genome, hash, idempotency, job, key, lineage, new_generation,
     new_lineage, open, picture, scene,
 };
-use crate::{LineageCursor, LineageFilter, NewImport, StorageError, StoredOutline};
+use crate::{LineageCursor, LineageFilter, NewImport, StorageError, Store, StoredOutline};
 
 #[tokio::test]
 async fn lineage_is_read_back_as_written() {
@@ -277,7 +277,7 @@ async fn import_is_all_or_nothing() {
     let mut import = NewImport {
         cover: None,
         lineage,
-        genomes: Vec::new(),
+        genomes: std::collections::HashMap::new(),
         generations: vec![first, second],
         marks: vec![(IndividualId::fresh(), mark.clone())],
         idempotency: Some(idempotency("k")),
@@ -375,4 +375,55 @@ async fn pages_of_generations_end_before_there_are_too_many_individuals() {
         let within = store.generations_within(lineage, after, limit, individuals).await.unwrap();
         assert_eq!(within, expected, "{after:?} {limit} {individuals}");
     }
+}
+
+/// A lineage with `count` generations of three individuals.
+fn new_import(scene: SceneId, count: i64) -> NewImport {
+    let lineage = new_lineage("brought", scene, 8);
+    let generations = (0..count).map(|n| new_generation(lineage.id, &[], &format!("{n}")));
+    let generations = generations.collect();
+    let genomes = std::collections::HashMap::new();
+    NewImport { lineage, genomes, generations, marks: vec![], cover: None, idempotency: None }
+}
+
+#[tokio::test]
+async fn other_writes_pass_an_import_that_lists_leave_out_until_it_is_finished() {
+    let (_dir, store) = open().await;
+    let own = lineage(&store).await;
+    let import = new_import(scene(&store).await, 4000);
+    let id = import.lineage.id;
+    let importing = tokio::spawn({
+        let store = store.clone();
+        async move { store.import_lineage(import).await }
+    });
+    let mut born = 0;
+    while !importing.is_finished() {
+        generation(&store, own, &[], &format!("own {born}")).await;
+        born += 1;
+        let listed = store.list_lineages(None, 9, &LineageFilter::default()).await.unwrap();
+        if store.unfinished_lineages().await.unwrap() == [id] {
+            assert_eq!(listed.iter().map(|one| one.id).collect::<Vec<_>>(), [own]);
+        }
+    }
+    assert_eq!(importing.await.unwrap().unwrap().generations, 4000);
+    assert!(born > 5, "{born} generations were born during the import");
+    assert_eq!(store.list_lineages(None, 9, &LineageFilter::default()).await.unwrap().len(), 2);
+    assert_eq!(store.unfinished_lineages().await.unwrap(), []);
+}
+
+#[tokio::test]
+async fn unfinished_lineage_of_the_last_process_is_found_and_removed() {
+    let (dir, store) = open().await;
+    let kept = generation(&store, lineage(&store).await, &[], "kept").await;
+    let made = store.import_lineage(new_import(scene(&store).await, 9)).await.unwrap();
+    execute(&store, "INSERT INTO unfinished_lineage SELECT id FROM lineage WHERE name = 'brought'")
+        .await;
+    store.close().await.unwrap();
+    let store = Store::open(dir.path()).await.unwrap();
+    assert_eq!(store.unfinished_lineages().await.unwrap(), [made.id]);
+    store.remove_lineage(made.id).await.unwrap();
+    let counts = store.counts().await.unwrap();
+    assert_eq!((counts.lineages, counts.individuals, counts.genomes), (1, 3, 3));
+    assert_eq!(store.generation(kept.id).await.unwrap(), kept);
+    assert_eq!(store.unfinished_lineages().await.unwrap(), []);
 }

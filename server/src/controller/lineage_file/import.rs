@@ -206,7 +206,7 @@ pub fn assemble(
         None => None,
     };
     let marks = assembly.marks;
-    let genomes = genomes.into_values().collect();
+    let genomes = genomes.into_iter().collect();
     Ok(NewImport { lineage, genomes, generations, marks, cover, idempotency: None })
 }
 

@@ -1,6 +1,6 @@
 //! Answers and events of searches.
 
-use brood_protocol::{Budget, Generation, SearchAnswer, SearchState};
+use brood_protocol::{Generation, SearchAnswer, SearchState};
 use brood_storage::StoredSearch;
 use serde_json::json;
 
@@ -37,17 +37,7 @@ fn progress(search: &StoredSearch) -> f64 {
     if search.state == SearchState::Succeeded {
         return 1.0;
     }
-    used_share(search.options.budget, search.generation, search.evaluations, search.seconds)
-}
-
-/// Returns the share of a budget, 0 to 1, that generations, evaluations and seconds have used.
-pub(super) fn used_share(budget: Budget, generation: u32, evaluations: u64, seconds: f64) -> f64 {
-    let share = match budget {
-        Budget::Seconds(budget) => seconds / budget,
-        Budget::Generations(budget) => f64::from(generation) / f64::from(budget),
-        Budget::Evaluations(budget) => evaluations as f64 / budget as f64,
-    };
-    share.clamp(0.0, 1.0)
+    search.options.budget.used_share(search.generation, search.evaluations, search.seconds)
 }
 
 impl Searches {
@@ -85,19 +75,5 @@ impl Searches {
             "id": search.id, "state": search.state, "progress": progress(search), "best": best,
         });
         self.events.job_in(search.lineage, &data);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn share_of_a_budget_ends_at_one() {
-        assert_eq!(used_share(Budget::Seconds(40.0), 9, 90, 10.0), 0.25);
-        assert_eq!(used_share(Budget::Generations(12), 9, 90, 10.0), 0.75);
-        assert_eq!(used_share(Budget::Evaluations(180), 9, 90, 10.0), 0.5);
-        // A generation is finished when the budget is used up within it.
-        assert_eq!(used_share(Budget::Evaluations(80), 9, 90, 10.0), 1.0);
     }
 }
