@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use brood_protocol::{
     Directive, SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate, WorkerClient,
+    idle_thread_priority,
 };
 use brood_target::TargetKind;
 use moka::sync::Cache;
@@ -119,7 +120,10 @@ impl SearchContext {
         let threads = grant.threads.and_then(|n| usize::try_from(n).ok());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.or(self.threads.map(usize::from)).unwrap_or(cores).min(cores);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .start_handler(|_| idle_thread_priority())
+            .build();
         let pool = pool.map_err(|error| Interrupted::Release(error.to_string()))?;
         let pool = Arc::new(pool);
         let target = self.target(&grant, &pool).await?;

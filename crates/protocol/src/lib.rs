@@ -75,7 +75,7 @@ pub use mesh::{MeshAnswer, MeshWarning, SceneAnswer};
 pub use page::Page;
 pub use painted::{PaintedError, check_painted_defaults};
 pub use picture::{Backend, ExactnessClass, PictureFormat, PictureKey, RENDERER_VERSION};
-pub use priority::lower_thread_priority;
+pub use priority::{idle_thread_priority, lower_thread_priority};
 pub use problem::Problem;
 pub use random::{random_bytes, random_token};
 pub use render_stats::RenderStats;
