@@ -9,6 +9,10 @@ use http::request::Parts;
 use http::{HeaderName, StatusCode};
 use serde::Serialize;
 use serde_json::Value;
+use utoipa::IntoParams;
+use utoipa::openapi::path::{Parameter, ParameterBuilder, ParameterIn};
+use utoipa::openapi::schema::Type;
+use utoipa::openapi::{ObjectBuilder, Required};
 
 use crate::clock::now_ms;
 use crate::problem::ApiError;
@@ -21,6 +25,25 @@ const KEY_BYTES: usize = 255;
 pub struct IdempotencyKey {
     key: Option<String>,
     route: String,
+}
+
+impl IntoParams for IdempotencyKey {
+    fn into_params(_: impl Fn() -> Option<ParameterIn>) -> Vec<Parameter> {
+        let words =
+            "Key chosen by the client: a request that is sent again with its key is executed once";
+        let schema = ObjectBuilder::new()
+            .schema_type(Type::String)
+            .min_length(Some(1))
+            .max_length(Some(KEY_BYTES))
+            .pattern(Some("^[ -~]+$"));
+        let parameter = ParameterBuilder::new()
+            .name("Idempotency-Key")
+            .parameter_in(ParameterIn::Header)
+            .required(Required::False)
+            .description(Some(words))
+            .schema(Some(schema));
+        vec![parameter.build()]
+    }
 }
 
 impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {

@@ -24,7 +24,7 @@ const SERVER_TIMING: HeaderName = HeaderName::from_static("server-timing");
 
 /// Breeds a generation.
 #[utoipa::path(post, path = "/v1/lineages/{id}/generations", tag = "generations",
-    params(("id" = LineageId, Path)), request_body = Breed,
+    params(("id" = LineageId, Path), IdempotencyKey), request_body = Breed,
     responses((status = 201, description = "generation with its individuals", body = Generation, headers(
         ("Link" = String, description = "job that renders the pictures, with rel=status; absent if no picture must be rendered"),
         ("Server-Timing" = String, description = "duration of each stage")))))]
@@ -40,7 +40,7 @@ pub async fn breed(
 /// Adds genomes and presets to a lineage, as a generation of individuals without parents, or as
 /// children of `parent`.
 #[utoipa::path(post, path = "/v1/lineages/{id}/adoptions", tag = "generations",
-    params(("id" = LineageId, Path)), request_body = Adopt,
+    params(("id" = LineageId, Path), IdempotencyKey), request_body = Adopt,
     responses((status = 201, description = "generation with its individuals", body = Generation, headers(
         ("Link" = String, description = "job that renders the pictures, with rel=status; absent if no picture must be rendered"),
         ("Server-Timing" = String, description = "duration of each stage")))))]

@@ -32,6 +32,7 @@ pub struct GenomeAnswer {
 /// Stores a genome.
 #[utoipa::path(post, path = "/v1/genomes", operation_id = "create_genome", tag = "genomes",
     request_body(content((serde_json::Value = "application/json"), (String = "text/x-brood"))),
+    params(IdempotencyKey),
     responses((status = 201, description = "hash of the genome", body = GenomeAnswer)))]
 pub async fn create(
     State(app): State<App>,

@@ -24,6 +24,7 @@ use crate::state::App;
 /// Uploads an IES file.
 #[utoipa::path(post, path = "/v1/profiles", tag = "lights",
     request_body(content((Vec<u8> = "application/x-ies"), (Vec<u8> = "text/plain"))),
+    params(IdempotencyKey),
     responses((status = 201, description = "id and summary of the profile", body = LightAssetAnswer)))]
 pub async fn create_profile(
     State(app): State<App>,
@@ -36,6 +37,7 @@ pub async fn create_profile(
 /// Uploads an environment image: equirectangular, Radiance HDR or EXR.
 #[utoipa::path(post, path = "/v1/environments", tag = "lights",
     request_body(content((Vec<u8> = "image/vnd.radiance"), (Vec<u8> = "image/x-exr"))),
+    params(IdempotencyKey),
     responses((status = 201, description = "id and summary of the environment", body = LightAssetAnswer)))]
 pub async fn create_environment(
     State(app): State<App>,
@@ -48,6 +50,7 @@ pub async fn create_environment(
 /// Uploads an image for painted materials or scenes: PNG or JPEG, at most 4096 pixels a side.
 #[utoipa::path(post, path = "/v1/images", tag = "genomes",
     request_body(content((Vec<u8> = "image/png"), (Vec<u8> = "image/jpeg"))),
+    params(IdempotencyKey),
     responses((status = 201, description = "id and size of the image", body = LightAssetAnswer)))]
 pub async fn create_image(
     State(app): State<App>,

@@ -30,6 +30,7 @@ const COLLECTION: &str = "/v1/lineages";
 /// Creates a lineage.
 #[utoipa::path(post, path = "/v1/lineages", operation_id = "create_lineage", tag = "lineages",
     request_body = CreateLineage,
+    params(IdempotencyKey),
     responses((status = 201, description = "new lineage", body = Lineage)))]
 pub async fn create(
     State(app): State<App>,

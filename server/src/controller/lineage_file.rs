@@ -45,6 +45,7 @@ pub async fn export(
 /// Individuals get new ids; the genome hashes stay the same.
 #[utoipa::path(post, path = "/v1/lineages/import", operation_id = "import_lineage", tag = "lineages",
     request_body = LineageFile,
+    params(IdempotencyKey),
     responses((status = 201, description = "imported lineage", body = Lineage)))]
 pub async fn import(
     State(app): State<App>,

@@ -21,6 +21,7 @@ const COLLECTION: &str = "/v1/meshes";
 /// Uploads an OBJ file.
 #[utoipa::path(post, path = "/v1/meshes", operation_id = "create_mesh", tag = "meshes",
     request_body(content = Vec<u8>, content_type = "model/obj"),
+    params(IdempotencyKey),
     responses((status = 201, description = "id and summary of the mesh", body = MeshAnswer)))]
 pub async fn create(
     State(app): State<App>,

@@ -21,6 +21,7 @@ const COLLECTION: &str = "/v1/scenes";
 
 /// Stores a scene; equal scenes have the same id.
 #[utoipa::path(post, path = "/v1/scenes", operation_id = "create_scene", tag = "scenes", request_body = Scene,
+    params(IdempotencyKey),
     responses((status = 201, description = "scene with its id", body = SceneAnswer)))]
 pub async fn create(
     State(app): State<App>,

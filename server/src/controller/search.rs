@@ -33,6 +33,7 @@ const LOG_LINES: u32 = 1000;
 /// Starts a search.
 #[utoipa::path(post, path = "/v1/jobs", operation_id = "create_search", tag = "jobs",
     request_body = CreateSearch,
+    params(IdempotencyKey),
     responses((status = 202, description = "queued search", body = SearchAnswer,
         headers(("Location" = String, description = "URL of the job")))))]
 pub async fn create(
@@ -95,7 +96,7 @@ pub async fn list(
 
 /// Pauses a search.
 #[utoipa::path(post, path = "/v1/jobs/{id}/pause", operation_id = "pause_search", tag = "jobs",
-    params(("id" = JobId, Path)),
+    params(("id" = JobId, Path), IdempotencyKey),
     responses((status = 200, description = "search after the change", body = SearchAnswer)))]
 pub async fn pause(
     State(app): State<App>,
@@ -107,7 +108,7 @@ pub async fn pause(
 
 /// Resumes a paused search.
 #[utoipa::path(post, path = "/v1/jobs/{id}/resume", operation_id = "resume_search", tag = "jobs",
-    params(("id" = JobId, Path)),
+    params(("id" = JobId, Path), IdempotencyKey),
     responses((status = 200, description = "search after the change", body = SearchAnswer)))]
 pub async fn resume(
     State(app): State<App>,
@@ -119,7 +120,7 @@ pub async fn resume(
 
 /// Cancels a search, whose best result so far is kept, or an export, whose files are deleted.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs",
-    params(("id" = JobId, Path)),
+    params(("id" = JobId, Path), IdempotencyKey),
     responses((status = 200, description = "search or export after the change", body = AnyJob)))]
 pub async fn cancel(
     State(app): State<App>,

@@ -35,6 +35,7 @@ const COLLECTION: &str = "/v1/targets";
 /// the target.
 #[utoipa::path(post, path = "/v1/targets", operation_id = "create_target", tag = "jobs",
     request_body(content = TargetUpload, content_type = "multipart/form-data"),
+    params(IdempotencyKey),
     responses((status = 201, description = "target as it was read", body = Target)))]
 pub async fn create(
     State(app): State<App>,

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
 use crate::limit;
-use crate::problem::{ApiError, serde_words};
+use crate::problem::{ApiError, quote, serde_words};
 
 /// Parsed query; unknown names, duplicates and bad values are refused.
 #[derive(Debug, Clone)]
@@ -22,11 +22,33 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Query<T> {
             let words = error.body_text();
             let words = words.strip_prefix("Failed to deserialize query string: ");
             ApiError::bad_request(match words {
-                Some(words) => format!("query: {}", serde_words(words)),
+                Some(words) => query_words(words),
                 None => "the query string is malformed".to_owned(),
             })
         })
     }
+}
+
+/// Returns serde's message about a query with the name of the parameter, and without the words of
+/// the parsers of numbers and ids.
+fn query_words(message: &str) -> String {
+    let Some((name, words)) = message.split_once(": ") else {
+        return format!("query: {}", serde_words(message));
+    };
+    if words.starts_with("unknown field ") {
+        return format!("query: {}", serde_words(words));
+    }
+    let words = match words {
+        "invalid float literal" => "must be a number".to_owned(),
+        "provided string was not `true` or `false`" => "must be true or false".to_owned(),
+        _ if words.starts_with("UUID parsing failed") => "must be an id".to_owned(),
+        _ if words.contains("digit found in string") || words.contains("number too ") => {
+            "must be a whole number in its range".to_owned()
+        }
+        _ if words.starts_with("cannot parse ") => "must not be empty".to_owned(),
+        _ => serde_words(words),
+    };
+    format!("query parameter `{}`: {words}", quote(name))
 }
 
 /// Page of a list.
@@ -99,6 +121,53 @@ mod tests {
         assert_eq!(read("limit=1&limit=2").await, Err(400));
         assert!(read("limit=0").await.unwrap().limit().is_err());
         assert!(read("limit=201").await.unwrap().limit().is_err());
+    }
+
+    #[derive(Debug, Default, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    struct Anything {
+        count: u8,
+        share: f64,
+        all: bool,
+        id: Option<uuid::Uuid>,
+        operator: Option<Operator>,
+    }
+
+    #[derive(Debug, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Operator {
+        Mutate,
+        Adopt,
+    }
+
+    #[test]
+    fn errors_name_the_parameter_and_what_it_must_be() {
+        for (query, words) in [
+            ("count=x", "query parameter `count`: must be a whole number in its range"),
+            ("count=-1", "query parameter `count`: must be a whole number in its range"),
+            ("count=256", "query parameter `count`: must be a whole number in its range"),
+            ("count=", "query parameter `count`: must not be empty"),
+            ("share=x", "query parameter `share`: must be a number"),
+            ("share=", "query parameter `share`: must not be empty"),
+            ("all=1", "query parameter `all`: must be true or false"),
+            ("id=7", "query parameter `id`: must be an id"),
+            (
+                "operator=x",
+                "query parameter `operator`: unknown variant `x`, expected `mutate` or `adopt`",
+            ),
+            ("count=1&count=2", "query: duplicate field `count`"),
+        ] {
+            let uri = format!("http://localhost/?{query}").parse().unwrap();
+            let error = axum::extract::Query::<Anything>::try_from_uri(&uri).unwrap_err();
+            let message = error.body_text();
+            let message = message.strip_prefix("Failed to deserialize query string: ").unwrap();
+            assert_eq!(query_words(message), words);
+        }
+        let uri = "http://localhost/?side=1".parse().unwrap();
+        let error = axum::extract::Query::<Anything>::try_from_uri(&uri).unwrap_err();
+        let message = error.body_text();
+        let message = message.strip_prefix("Failed to deserialize query string: ").unwrap();
+        assert!(query_words(message).starts_with("query: unknown field `side`, expected one of "));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! PNG and EXR codecs, and decoding of environment maps.
 
-use std::io::Cursor;
+use std::error::Error as _;
+use std::io::{Cursor, ErrorKind};
 
 use brood_light::{EnvironmentError, EnvironmentMap};
 use exr::meta::BlockDescription;
@@ -62,6 +63,19 @@ pub(super) fn check_header(bytes: &[u8], format: ImageFormat) -> Result<(), Imag
     }
 }
 
+/// Returns the words of a decoder, without the name of the format, which the sender knows.
+pub(super) fn image_words(error: &ImageError) -> String {
+    match error {
+        ImageError::IoError(error) if error.kind() == ErrorKind::UnexpectedEof => {
+            "the file ends early".to_owned()
+        }
+        ImageError::Decoding(decoding) => {
+            decoding.source().map_or_else(|| decoding.to_string(), ToString::to_string)
+        }
+        other => other.to_string(),
+    }
+}
+
 /// Bytes of a block of an EXR file.
 fn block_bytes(part: &Header) -> u64 {
     let pixels = match part.blocks {
@@ -81,7 +95,7 @@ pub enum EnvironmentFileError {
     #[error("the picture of an environment must be a Radiance HDR or EXR file")]
     Kind,
     /// The file is broken or too large.
-    #[error("the picture of the environment cannot be read: {0}")]
+    #[error("the picture of the environment cannot be read: {}", image_words(.0))]
     Image(#[from] ImageError),
     /// The pixels are not a valid environment.
     #[error(transparent)]
@@ -236,7 +250,16 @@ mod tests {
             // The left half of the picture is to the left when looking along -z.
             assert_eq!(map.radiance(glam::DVec3::NEG_X), [0.5, 1.0, 2.0]);
             assert_eq!(map.radiance(glam::DVec3::X), [4.0, 8.0, 16.0]);
-            assert!(decode_environment(&bytes[..bytes.len() / 2]).is_err());
+            for length in [bytes.len() / 2, bytes.len() - 1] {
+                let error = decode_environment(&bytes[..length]).unwrap_err().to_string();
+                let words = error.strip_prefix("the picture of the environment cannot be read: ");
+                let known = [
+                    "the file ends early",
+                    "the header must end with an empty line within 64 KiB",
+                    "invalid: reference to missing bytes",
+                ];
+                assert!(words.is_some_and(|words| known.contains(&words)), "{error}");
+            }
         }
         let png = encode_png(1, 1, &[0; 4]);
         assert!(matches!(decode_environment(&png), Err(EnvironmentFileError::Kind)));

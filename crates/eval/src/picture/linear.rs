@@ -8,7 +8,7 @@ use image::{DynamicImage, ImageFormat, ImageReader, Limits};
 use brood_light::ImagePyramid;
 use brood_scene::PixelArea;
 
-use super::codec::check_header;
+use super::codec::{check_header, image_words};
 use crate::RadianceImage;
 use crate::film::decode_srgb;
 
@@ -62,7 +62,7 @@ pub enum LinearPictureError {
     #[error("the picture cannot be read: the JPEG file is cut off")]
     CutOff,
     /// The file is broken or too large.
-    #[error("the picture cannot be read: {0}")]
+    #[error("the picture cannot be read: {}", image_words(.0))]
     Image(#[from] image::ImageError),
 }
 

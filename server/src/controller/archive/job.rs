@@ -26,6 +26,7 @@ use crate::state::App;
 /// get the file from `archive` of the job. Jobs are deleted with their files a day after they end.
 #[utoipa::path(post, path = "/v1/exports", operation_id = "create_export", tag = "exports",
     request_body = CreateExport,
+    params(IdempotencyKey),
     responses((status = 202, description = "queued export", body = ExportAnswer,
         headers(("Location" = String, description = "URL of the job")))))]
 pub async fn create(
