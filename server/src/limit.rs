@@ -109,11 +109,16 @@ pub const EXPORT_TTL: Duration = Duration::from_secs(24 * 3600);
 /// Largest report of an export in bytes: one file.
 pub const EXPORT_REPORT_BYTES: usize = 128 << 20;
 /// Most queued render jobs.
-pub const QUEUED_JOBS: u64 = 1000;
+pub const QUEUED_JOBS: usize = 1000;
+/// Most bytes of the render jobs that wait in a queue, as sent to workers.
+pub const QUEUED_BYTES: usize = 128 << 20;
 /// Most calls waiting for a processor.
 pub const WAITING_BROODS: usize = 64;
-/// Most open connections.
+/// Most open connections, without those of workers.
 pub const CONNECTIONS: usize = 512;
+/// Most open connections of workers. A worker has one for each lane, heartbeat and transfer: three
+/// to eight.
+pub const WORKER_CONNECTIONS: usize = 2048;
 /// Most open event streams; leaves connections for other requests.
 pub const EVENT_STREAMS: usize = 256;
 /// Longest time from the first byte of a request's head to its last.
@@ -133,8 +138,10 @@ pub const LINGER: Duration = Duration::from_secs(2);
 pub const WAIT: Duration = Duration::from_secs(20);
 /// Time to live of a lease without renewal.
 pub const LEASE: Duration = Duration::from_secs(20);
-/// Time to live of the lease of a render job, for which a person may wait.
-pub const RENDER_LEASE: Duration = Duration::from_secs(5);
+/// Time to live of the lease of an interactive render job, for which a person waits.
+pub const INTERACTIVE_LEASE: Duration = Duration::from_secs(2);
+/// Time to live of the lease of a batch render job.
+pub const BATCH_LEASE: Duration = Duration::from_secs(5);
 /// Longest wait of a worker for a lease.
 pub const LEASE_WAIT: Duration = Duration::from_secs(20);
 /// Time for running requests at shutdown.
@@ -220,15 +227,17 @@ pub fn report() -> BTreeMap<String, u64> {
         ("queued_exports", u64::from(QUEUED_EXPORTS)),
         ("exports_bytes", EXPORTS_BYTES),
         ("export_kept_seconds", seconds(EXPORT_TTL)),
-        ("queued_jobs", QUEUED_JOBS),
+        ("queued_jobs", QUEUED_JOBS as u64),
         ("connections", CONNECTIONS as u64),
+        ("worker_connections", WORKER_CONNECTIONS as u64),
         ("event_streams", EVENT_STREAMS as u64),
         ("head_seconds", seconds(HEAD)),
         ("body_seconds", seconds(BODY)),
         ("idle_seconds", seconds(IDLE)),
         ("wait_seconds", seconds(WAIT)),
         ("lease_seconds", seconds(LEASE)),
-        ("render_lease_seconds", seconds(RENDER_LEASE)),
+        ("interactive_lease_seconds", seconds(INTERACTIVE_LEASE)),
+        ("batch_lease_seconds", seconds(BATCH_LEASE)),
     ]
     .into_iter()
     .map(|(name, value)| (name.to_owned(), value))

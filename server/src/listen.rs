@@ -19,6 +19,7 @@ use tower::ServiceExt;
 use crate::client::Peer;
 use crate::connection::{DeadlineStream, GRACE, Requests};
 use crate::limit;
+use crate::open_connections::OpenConnection;
 use crate::state::App;
 
 /// Extension of requests on connections that were opened while the server stops.
@@ -46,7 +47,8 @@ pub async fn serve(listener: TcpListener, router: Router, app: &App) {
             () = stopping.cancelled() => break,
             place = open.place(requests.clone()) => place,
         };
-        let connection = drive((stream, peer), requests, router.clone(), graceful.watcher());
+        let from = (peer, place.connection());
+        let connection = drive(stream, from, requests, router.clone(), graceful.watcher());
         let abandoned = abandoned.clone();
         connections.spawn(async move {
             let cut = place.cut();
@@ -102,7 +104,8 @@ async fn refuse(stream: TcpStream, router: Router) {
 }
 
 async fn drive(
-    (stream, peer): (TcpStream, Peer),
+    stream: TcpStream,
+    (peer, open): (Peer, OpenConnection),
     requests: Arc<Requests>,
     router: Router,
     watcher: Watcher,
@@ -114,6 +117,7 @@ async fn drive(
     let io = TokioIo::new(DeadlineStream::new(stream, requests.clone()));
     let service = hyper::service::service_fn(move |mut request: hyper::Request<Incoming>| {
         request.extensions_mut().insert(peer);
+        request.extensions_mut().insert(open.clone());
         let (router, running) = (router.clone(), requests.begin());
         async move {
             let response = router.oneshot(request.map(Body::new)).await;

@@ -19,7 +19,7 @@ use crate::breeding::Breeding;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
 use crate::dispatch::{
-    Admission, Exports, History, Jobs, Lane, LeaseEnd, PictureService, Searches, Turns, Workers,
+    Exports, History, Jobs, Lane, LeaseEnd, PictureService, RenderQueue, Searches, Workers,
     end_leases,
 };
 use crate::error::ServerError;
@@ -74,10 +74,6 @@ impl Server {
             store.close().await?;
             return Err(ServerError::NoToken(config.listen));
         }
-        let requeued = unless_full(store.requeue_all_leased().await)?;
-        if requeued > 0 {
-            tracing::info!(requeued, "requeued jobs of the last run");
-        }
         let requeued = unless_full(store.requeue_all_searches().await)?;
         if requeued > 0 {
             tracing::info!(
@@ -110,10 +106,10 @@ impl Server {
             library: library.clone(),
             cache,
             batches: Coalescer::new(),
-            jobs: Jobs::new(limit::RENDER_LEASE, &tasks, &stopping),
+            jobs: Jobs::new(&tasks, &stopping),
             interactive: Lane::default(),
             batch: Lane::default(),
-            turns: Turns::default(),
+            queue: RenderQueue::default(),
             history: History::new(),
             events: events.clone(),
             metrics: metrics.clone(),
@@ -127,7 +123,7 @@ impl Server {
         });
         let searches = Arc::new(Searches {
             store: store.clone(),
-            jobs: Jobs::new(limit::LEASE, &tasks, &stopping),
+            jobs: Jobs::new(&tasks, &stopping),
             lane: Lane::default(),
             breeding: breeding.clone(),
             pictures: pictures.clone(),
@@ -137,7 +133,7 @@ impl Server {
         });
         let exports = Arc::new(Exports {
             store: store.clone(),
-            jobs: Jobs::new(limit::LEASE, &tasks, &stopping),
+            jobs: Jobs::new(&tasks, &stopping),
             lane: Lane::default(),
             library: library.clone(),
             folder,
@@ -156,8 +152,7 @@ impl Server {
             searches,
             exports,
             workers: Workers::default(),
-            admission: Admission::default(),
-            connections: OpenConnections::new(limit::CONNECTIONS),
+            connections: OpenConnections::new(limit::CONNECTIONS, limit::WORKER_CONNECTIONS),
             events,
             ledger,
             metrics,

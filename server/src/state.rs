@@ -10,7 +10,7 @@ use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
 use crate::breeding::Breeding;
-use crate::dispatch::{Admission, Exports, PictureService, Searches, Workers};
+use crate::dispatch::{Exports, PictureService, Searches, Workers};
 use crate::event::Events;
 use crate::host_name::HostNames;
 use crate::idempotency::Ledger;
@@ -44,8 +44,6 @@ pub struct AppState {
     pub exports: Arc<Exports>,
     /// Workers heard from recently.
     pub workers: Workers,
-    /// Refuses births while the queue of pictures is full.
-    pub admission: Admission,
     /// Open connections.
     pub connections: OpenConnections,
     /// Event streams of lineages and searches.

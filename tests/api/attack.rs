@@ -1,7 +1,7 @@
 //! Malformed and hostile requests, one per table row: each gets its status and error, changes
 //! nothing, and reveals nothing about the server's files.
 
-use brood_tests::{Answer, TestLineage, TestServer, ids, raw_request};
+use brood_tests::{Answer, TestLineage, TestServer, brood, ids, raw_request};
 use reqwest::Method;
 use serde_json::{Value, json};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -208,5 +208,46 @@ async fn idle_connections_give_way_to_requests_and_event_streams_stay() {
         let count = events.read(&mut buffer).await.unwrap();
         assert!(count > 0, "{seen}");
         seen.push_str(&String::from_utf8_lossy(&buffer[..count]));
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn connections_of_workers_do_not_take_the_places_of_others() {
+    let mut server = TestServer::start();
+    assert_eq!(server.terminate(), 0);
+    let data = server.data().to_string_lossy().into_owned();
+    let arguments = ["token", "add", "far", "--scope", "work", "--data", data.as_str()];
+    let printed = brood(arguments).success().stdout;
+    let token = printed.split_whitespace().max_by_key(|word| word.len()).unwrap().to_owned();
+    server.restart();
+    let head = format!(
+        "GET /v1/leases/meshes/{} HTTP/1.1\r\nHost: localhost\r\nAuthorization: Bearer {token}\r\n\r\n",
+        "00".repeat(32)
+    );
+    let ask = async |stream: &mut TcpStream| {
+        let mut buffer = [0; 4096];
+        stream.write_all(head.as_bytes()).await.unwrap();
+        let count = stream.read(&mut buffer).await.unwrap();
+        String::from_utf8_lossy(&buffer[..count]).into_owned()
+    };
+    let mut workers = Vec::new();
+    // More than the places of others.
+    for _ in 0..700 {
+        let mut stream = TcpStream::connect(server.address()).await.unwrap();
+        assert!(ask(&mut stream).await.starts_with("HTTP/1.1 404"));
+        workers.push(stream);
+    }
+    let mut people = Vec::new();
+    for _ in 0..400 {
+        people.push(TcpStream::connect(server.address()).await.unwrap());
+    }
+    let (status, _) = raw_request(
+        server.address(),
+        b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n",
+    )
+    .await;
+    assert_eq!(status, 200);
+    for stream in &mut workers {
+        assert!(ask(stream).await.starts_with("HTTP/1.1 404"), "the connection is still open");
     }
 }

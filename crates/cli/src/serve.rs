@@ -54,7 +54,28 @@ pub fn run(args: &ServeArgs, json: bool) -> Result<()> {
     place::runtime()?.block_on(serve(args, json))
 }
 
+/// Number of open files that a server with all its connections needs.
+#[cfg(unix)]
+const FILES: u64 = 4096;
+
+/// Raises the limit of open files, as far as the system allows: each connection is one.
+#[cfg(unix)]
+fn raise_file_limit() {
+    use rustix::process::{Resource, getrlimit, setrlimit};
+    let mut limit = getrlimit(Resource::Nofile);
+    let possible = limit.maximum.map_or(FILES, |most| most.min(FILES));
+    if limit.current.is_none_or(|files| files >= possible) {
+        return;
+    }
+    limit.current = Some(possible);
+    if let Err(error) = setrlimit(Resource::Nofile, limit) {
+        tracing::warn!(%error, "cannot raise the limit of open files");
+    }
+}
+
 async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
+    #[cfg(unix)]
+    raise_file_limit();
     let config = ServerConfig {
         cache_mib: args.cache_mib,
         allow_hosts: args.allow_hosts.clone(),

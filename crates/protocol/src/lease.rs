@@ -101,6 +101,12 @@ impl RenderJob {
     pub fn new(frame: Frame, items: Vec<RenderItem>) -> Self {
         Self { renderer_version: crate::RENDERER_VERSION, frame, items }
     }
+
+    /// Returns the least number of camera rays of all pictures.
+    #[must_use]
+    pub fn rays(&self) -> u64 {
+        self.frame.rays() * self.items.len() as u64
+    }
 }
 
 /// Picture to render.

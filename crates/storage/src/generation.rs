@@ -19,8 +19,8 @@ use crate::row::{
 };
 use crate::writer::operation;
 use crate::{
-    CommitTimes, Idempotency, NewJob, NewPicture, SearchStep, StorageError, Store, idempotency,
-    job, picture, search_lease,
+    CommitTimes, Idempotency, NewPicture, SearchStep, StorageError, Store, idempotency, picture,
+    search_lease,
 };
 
 /// Generation to be stored, with everything that is written in the same transaction.
@@ -44,8 +44,6 @@ pub struct NewGeneration {
     pub individuals: Vec<NewIndividual>,
     /// Keys of their pictures.
     pub pictures: Vec<NewPicture>,
-    /// Job that renders them.
-    pub job: Option<NewJob>,
     /// Step of the search that found them.
     pub search: Option<SearchStep>,
     /// Idempotency record to be stored with it.
@@ -148,8 +146,8 @@ fn select_generations(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
 }
 
 impl Store {
-    /// Stores a generation with its individuals, genomes, parents, picture keys, job, search step
-    /// and idempotency record, in one transaction. Its index is the next one of the lineage.
+    /// Stores a generation with its individuals, genomes, parents, picture keys, search step and
+    /// idempotency record, in one transaction. Its index is the next one of the lineage.
     /// Returns it with the times of the commit. Once the future was polled, all later writes are
     /// ordered after it.
     ///
@@ -255,9 +253,6 @@ pub(crate) async fn insert(
     genome::insert(conn, &genomes, &bases).await?;
     insert_individuals(conn, &new).await?;
     picture::insert(conn, &new.pictures).await?;
-    if let Some(job) = &new.job {
-        job::insert(conn, job).await?;
-    }
     let centre = match new.centre {
         Some(id) => Some(individual::fetch(conn, id).await?),
         None => None,

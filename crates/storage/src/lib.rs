@@ -1,13 +1,13 @@
 //! SQLite store of the server: lineages, generations, individuals, genomes, scenes, meshes, picture
-//! keys, search targets, searches, the render queue, idempotency records and tokens.
+//! keys, search targets, searches, exports, idempotency records and tokens.
 //!
 //! All SQL is in this crate. [`Store`] owns the write connection with its group commits, a pool of
 //! read connections, and the lock of the data directory. It does not depend on routes, status codes
 //! or evaluators.
 //!
 //! Durability: when a write returns, its transaction is on disk (WAL, `synchronous=FULL`), together
-//! with the other writes of its group commit. Transitions of the render queue survive the end of
-//! the process only; after a power loss the jobs run again.
+//! with the other writes of its group commit. Steps of searches, exports, imports and removals
+//! survive the end of the process only; the write that ends them makes all of them durable.
 //!
 //! ```
 //! # let runtime = tokio::runtime::Runtime::new().unwrap();
@@ -35,7 +35,6 @@ mod genome;
 mod idempotency;
 mod import;
 mod individual;
-mod job;
 mod light_asset;
 mod lineage;
 mod lock;
@@ -66,7 +65,6 @@ pub use genome::{NewGenome, StoredGenome};
 pub use idempotency::{Idempotency, IdempotencyLookup};
 pub use import::NewImport;
 pub use individual::StoredIndividual;
-pub use job::{ClaimedJob, FIRST_EPOCH, JobState, NewJob, QueueDepth, StoredJob};
 pub use lineage::{InvalidCursor, LineageCursor, LineageFilter};
 pub use mesh::StoredMesh;
 pub use outline::StoredOutline;

@@ -4,7 +4,7 @@
 use brood_genome::{Dialect, GenomeHash, Locks, PaintingPalette, Start, Steer};
 use brood_protocol::{
     Backend, Curation, FoundMaterial, GenerationId, IndividualId, JobId, JobStatus, LightAssetKind,
-    LineageId, MaterialSpread, MeshId, PictureFormat, PictureKey, PixelArea, Queue, SceneId,
+    LineageId, MaterialSpread, MeshId, PictureFormat, PictureKey, PixelArea, SceneId,
     SearchOptions, SearchState, Seed, Target, TargetId,
 };
 use sqlx::query::Query;
@@ -69,7 +69,7 @@ columns! {
     // Stored from an f32, so the conversion is exact.
     f64 => f32: |value| Some(value as f32);
     String => String: Some;
-    String => Backend, Curation, JobStatus, LightAssetKind, PictureFormat, Queue, SearchState, Start:
+    String => Backend, Curation, JobStatus, LightAssetKind, PictureFormat, SearchState, Start:
         |name| Self::from_name(&name);
     String => PixelArea: |text| text.parse().ok();
     String => Dialect, FoundMaterial, Locks, MaterialSpread, PaintingPalette, SearchOptions, Target,

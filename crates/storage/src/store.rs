@@ -63,8 +63,6 @@ record! {
         pub light_assets: u64 = "(SELECT count(*) FROM light_asset)",
         /// Picture keys.
         pub pictures: u64 = "(SELECT count(*) FROM picture)",
-        /// Jobs of the render queue in any state.
-        pub jobs: u64 = "(SELECT count(*) FROM job)",
         /// Idempotency records.
         pub idempotency: u64 = "(SELECT count(*) FROM idempotency)",
         /// Tokens.

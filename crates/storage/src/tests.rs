@@ -7,7 +7,6 @@ mod durability;
 mod family;
 mod history;
 mod packing;
-mod queue;
 mod removal;
 mod search;
 
@@ -18,12 +17,12 @@ use brood_genome::{
 };
 use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
-    Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Queue, Sampling, SceneId, Seed,
+    Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
 };
 use tempfile::TempDir;
 
 use crate::{
-    Idempotency, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, StorageError, Store,
+    Idempotency, NewGeneration, NewGenome, NewIndividual, NewPicture, StorageError, Store,
     StoredGeneration, StoredGenome,
 };
 
@@ -173,7 +172,6 @@ fn new_generation(lineage: LineageId, parents: &[ParentRef], name: &str) -> NewG
         created_ms: 1_700_000_000_123,
         individuals: (0..3).map(|slot| child(slot, &format!("{name} {slot}"))).collect(),
         pictures: Vec::new(),
-        job: None,
         search: None,
         idempotency: None,
     }
@@ -209,17 +207,6 @@ fn picture(name: &str, genome_name: &str, scene: SceneId) -> NewPicture {
         format: PictureFormat::Png,
         backend: Backend::Auto,
         renderer_version: 1,
-    }
-}
-
-fn job(queue: Queue) -> NewJob {
-    NewJob {
-        leased_to: None,
-        id: JobId::fresh(),
-        queue,
-        turn: 0,
-        payload: b"pixels, please".to_vec(),
-        created_ms: 9,
     }
 }
 

@@ -1,22 +1,18 @@
 //! Stores a brood in one transaction and queues render jobs for its missing pictures.
 //!
-//! The first job is part of the transaction. A waiting worker gets it while the transaction is
-//! still being synced: a picture depends only on its key, so a picture of a brood that was never
-//! committed is harmless. The 201 is sent after the commit. A large brood's other jobs go to the
-//! batch queue, so that its first pictures come early and do not delay other broods.
+//! A worker gets the first job while the transaction is still being written: a picture depends only
+//! on its key, so a picture of a brood that was never committed is harmless. The 201 is sent after
+//! the commit. A large brood's other jobs go to the batch queue, so that its first pictures come
+//! early and do not delay other broods.
 
 use std::collections::HashSet;
 use std::sync::Arc;
+use std::task::Poll;
 
 use brood_genome::Model;
 use brood_program::ProgramHash;
-use brood_protocol::{
-    Generation, GenerationId, IndividualId, JobId, Lineage, PictureKey, Queue, RenderJob,
-};
-use brood_storage::{
-    CommitTimes, NewGeneration, NewGenome, NewIndividual, NewJob, NewPicture, StorageError,
-    StoredGeneration,
-};
+use brood_protocol::{Generation, GenerationId, IndividualId, JobId, Lineage, PictureKey, Queue};
+use brood_storage::{CommitTimes, NewGeneration, NewGenome, NewIndividual, NewPicture};
 use futures::poll;
 use http::StatusCode;
 
@@ -24,10 +20,9 @@ use super::{Brood, Newborn};
 use crate::answer::individual;
 use crate::client::Client;
 use crate::clock::now_ms;
-use crate::dispatch::{FrameId, PictureService, WaitingRenderer, render_work};
+use crate::dispatch::{FrameId, PictureService, render_work};
 use crate::idempotency::Attempt;
 use crate::library::{Framed, Material};
-use crate::limit;
 use crate::picture::{Failure, thumbnail_url};
 use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
@@ -111,21 +106,6 @@ impl Brood {
         let distinct: HashSet<_> = materials.iter().map(|(key, ..)| *key).collect();
         service.metrics.shared.increment((materials.len() - distinct.len()) as u64);
         service.metrics.skipped.increment((distinct.len() - reserved.len()) as u64);
-        let batch = FrameId::pictures_per_job(&framed.frame);
-        let first = reserved.get(..batch).unwrap_or(&reserved);
-        let direct = (!first.is_empty()).then(|| {
-            let work = render_work(&framed.frame, items(first, &materials));
-            (JobId::fresh(), work, service.interactive.waiting.next())
-        });
-        let job = direct.as_ref().map(|(id, work, waiting)| NewJob {
-            id: *id,
-            leased_to: waiting.as_ref().map(|waiting| waiting.worker.clone()),
-            ..service.job_of(work, Queue::Interactive, client)
-        });
-        let job_id = job.as_ref().map(|job| job.id);
-        let direct = direct.and_then(|(job, work, waiting)| {
-            waiting.map(|waiting| DirectDispatch { job, work, waiting })
-        });
         let new = NewGeneration {
             id,
             lineage: lineage.id,
@@ -136,30 +116,28 @@ impl Brood {
             created_ms,
             individuals,
             pictures,
-            job,
             search: step,
             idempotency: attempt.record(StatusCode::CREATED, &answer),
         };
         let reservations = Reservations { service: service.clone(), keys: reserved, client };
-        let birth = Birth { new, direct, answer, framed, materials, reservations, redraws, twins };
+        let birth = Birth { new, answer, framed, materials, reservations, redraws, twins };
         timing.end("prepare");
         // Runs in a separate task: committed changes must be published even if the client
         // disconnects.
         let born = service.jobs.tasks.spawn(birth.complete(service.clone()));
         let born = born.await.map_err(|error| ApiError::internal(error.to_string()))?;
-        let (generation, committed) = born?;
+        let (generation, committed, job) = born?;
         timing.note("queue", committed.queued);
         timing.note("write", committed.written);
         timing.note("commit", committed.synced);
         timing.end("birth");
-        Ok((generation, job_id))
+        Ok((generation, job))
     }
 }
 
 /// Brood that is ready to be written, and the data to publish after the commit.
 struct Birth {
     new: NewGeneration,
-    direct: Option<DirectDispatch>,
     answer: Generation,
     framed: Arc<Framed>,
     materials: Vec<ChildPicture>,
@@ -169,17 +147,22 @@ struct Birth {
 }
 
 impl Birth {
-    /// Writes the brood, then publishes it.
+    /// Writes the brood, then publishes it. A worker starts on its pictures before the commit.
     async fn complete(
         self,
         service: Arc<PictureService>,
-    ) -> Result<(Generation, CommitTimes), ApiError> {
-        let Self { new, direct, mut answer, framed, materials, mut reservations, redraws, twins } =
-            self;
-        let (born, committed) = write_and_dispatch(&service, new, direct).await?;
-        let batch = FrameId::pictures_per_job(&framed.frame).min(reservations.keys.len());
-        reservations.keys.drain(..batch);
-        service.interactive.notify.notify_one();
+    ) -> Result<(Generation, CommitTimes, Option<JobId>), ApiError> {
+        let Self { new, mut answer, framed, materials, mut reservations, redraws, twins } = self;
+        let write = service.store.create_generation_timed(new);
+        let mut write = std::pin::pin!(write);
+        // Polled once first, so that the brood's write is queued before the worker is busy.
+        let (job, written) = match poll!(write.as_mut()) {
+            Poll::Ready(written) => (None, written),
+            Poll::Pending => {
+                (reservations.hand_out(Queue::Interactive, &framed, &materials), write.await)
+            }
+        };
+        let (born, committed) = written?;
         answer.index = born.index;
         service.metrics.breeds.increment(1);
         service.metrics.births.increment(answer.individuals.len() as u64);
@@ -195,38 +178,12 @@ impl Birth {
                 }
             }
         }
-        if !reservations.keys.is_empty() {
-            service
-                .jobs
-                .tasks
-                .spawn(async move { reservations.enqueue(&framed, &materials).await });
+        // Without a first job the queue is full: the pictures are rendered on request.
+        if job.is_some() && !reservations.keys.is_empty() {
+            service.jobs.tasks.spawn(async move { reservations.queue_rest(&framed, &materials) });
         }
-        Ok((answer, committed))
+        Ok((answer, committed, job))
     }
-}
-
-/// Writes a brood; a waiting worker starts on its pictures before the commit.
-async fn write_and_dispatch(
-    service: &Arc<PictureService>,
-    new: NewGeneration,
-    direct: Option<DirectDispatch>,
-) -> Result<(StoredGeneration, CommitTimes), StorageError> {
-    let write = service.store.create_generation_timed(new);
-    let mut write = std::pin::pin!(write);
-    // Polled once first, so that the brood's write is queued before any write about the job.
-    if let std::task::Poll::Ready(refused) = poll!(write.as_mut()) {
-        return refused;
-    }
-    let ticket = direct
-        .map(|DirectDispatch { job, work, waiting }| service.grant_directly(job, work, waiting));
-    let born = write.await;
-    if born.is_err()
-        && let Some(ticket) = ticket
-    {
-        // The job was not stored, so its results must be rejected.
-        service.jobs.leases.end(&ticket);
-    }
-    born
 }
 
 /// Picture of an individual: key, individual and material.
@@ -243,13 +200,6 @@ fn items<'a>(
     })
 }
 
-/// Job for a worker that is already waiting.
-struct DirectDispatch {
-    job: JobId,
-    work: RenderJob,
-    waiting: WaitingRenderer,
-}
-
 /// Reserved pictures without a job; they fail on drop unless they get one.
 struct Reservations {
     service: Arc<PictureService>,
@@ -258,21 +208,34 @@ struct Reservations {
 }
 
 impl Reservations {
-    /// Queues the pictures beyond the first job. Pictures that do not fit in the queue, or that a
-    /// crash loses, are rendered on the first request.
-    async fn enqueue(mut self, framed: &Framed, materials: &[ChildPicture]) {
-        let service = self.service.clone();
-        while !self.keys.is_empty() {
-            let batch = FrameId::pictures_per_job(&framed.frame).min(self.keys.len());
-            let work = render_work(&framed.frame, items(&self.keys[..batch], materials));
-            let job = service.job_of(&work, Queue::Batch, self.client);
-            if let Err(error) = service.store.enqueue(job, limit::QUEUED_JOBS).await {
-                let pictures = self.keys.len();
-                tracing::warn!(%error, pictures, "the queue is full: the rest of a brood is rendered on request");
-                return;
-            }
-            self.keys.drain(..batch);
-            service.batch.notify.notify_one();
+    /// Hands out a job for the first pictures. Returns `None` if there are none, or if the queue
+    /// takes no more jobs.
+    fn hand_out(
+        &mut self,
+        queue: Queue,
+        framed: &Framed,
+        materials: &[ChildPicture],
+    ) -> Option<JobId> {
+        let batch = FrameId::pictures_per_job(&framed.frame).min(self.keys.len());
+        if batch == 0 {
+            return None;
+        }
+        let work = render_work(&framed.frame, items(&self.keys[..batch], materials));
+        let job = self.service.hand_out(work, queue, self.client).ok()?;
+        self.keys.drain(..batch);
+        Some(job)
+    }
+
+    /// Queues the pictures beyond the first job. Pictures that do not fit in the queue, or that the
+    /// end of the process loses, are rendered on the first request.
+    fn queue_rest(mut self, framed: &Framed, materials: &[ChildPicture]) {
+        while self.hand_out(Queue::Batch, framed, materials).is_some() {}
+        let pictures = self.keys.len();
+        if pictures > 0 {
+            tracing::warn!(
+                pictures,
+                "the queue is full: the rest of a brood is rendered on request"
+            );
         }
     }
 }

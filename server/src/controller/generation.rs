@@ -11,6 +11,7 @@ use serde_json::Value;
 
 use super::created;
 use crate::breeding::Origin;
+use crate::dispatch::admit_birth;
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
 use crate::limit;
@@ -64,7 +65,7 @@ async fn bred(
         Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(app, answer).await?)),
         Begun::Fresh(attempt) => attempt,
     };
-    app.admission.check(&app.store, &app.workers).await?;
+    admit_birth(&app.pictures.queue, &app.workers)?;
     let mut timing = ServerTiming::begin();
     let lineage = app.store.lineage(id).await?;
     let brood = app.breeding.make(&lineage, origin, &mut timing).await?;

@@ -3,16 +3,16 @@
 use axum::Json;
 use axum::extract::State;
 use brood_protocol::{AnyJob, ExportAnswer, JobAnswer, JobId, JobStatus};
-use brood_storage::{JobState, StorageError};
+use brood_storage::StorageError;
 
-use crate::dispatch::export_json;
+use crate::dispatch::{JobState, export_json};
 use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
 
 /// Returns a job: a search, an export, or a render job of a brood's pictures.
 ///
-/// Finished render jobs are kept for a limited time and not across a restart.
+/// Finished render jobs are kept for a limited time; no render job outlives a restart.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs",
     params(("id" = JobId, Path)),
     responses((status = 200, description = "search, export or render job", body = AnyJob)))]
@@ -26,7 +26,7 @@ pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<A
             if let Some(answer) = export(&app, id).await? {
                 return Ok(Json(AnyJob::Export(Box::new(answer))));
             }
-            let answer = render_job(&app, id).await?;
+            let answer = render_job(&app, id)?;
             Ok(Json(AnyJob::Render(Box::new(answer))))
         }
         Err(error) => Err(error.into()),
@@ -41,39 +41,28 @@ async fn export(app: &App, id: JobId) -> Result<Option<ExportAnswer>, ApiError> 
     }
 }
 
-async fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
-    let answer = |state| JobAnswer {
+fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
+    let answer = |state, reason| JobAnswer {
         id,
         kind: "render".to_owned(),
         state,
-        reason: None,
+        reason,
         work: None,
         times: None,
     };
-    // A job's row is removed after it is done, so finished jobs are checked first.
-    if let Some(done) = app.pictures.history.get(id) {
-        let (work, times) = (Some(done.work), Some(done.times));
-        return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
+    // A job is noted as finished before the queue forgets it.
+    if let Some(known) = app.pictures.queue.known(id) {
+        let state = match known.state {
+            JobState::Queued => JobStatus::Queued,
+            JobState::Leased => JobStatus::Running,
+            JobState::Failed | JobState::Dead => JobStatus::Failed,
+        };
+        return Ok(answer(state, known.reason));
     }
-    let row = match app.store.job(id).await {
-        Ok(row) => row,
-        // The job may have finished between the two checks, or be granted to a worker before it is
-        // written.
-        Err(StorageError::NotFound) => {
-            if let Some(done) = app.pictures.history.get(id) {
-                let (work, times) = (Some(done.work), Some(done.times));
-                return Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded) });
-            }
-            return Err(ApiError::not_found(
-                "there is no job with this id, or it finished long ago",
-            ));
-        }
-        Err(error) => return Err(error.into()),
+    let Some(done) = app.pictures.history.get(id) else {
+        let words = "there is no job with this id, or it finished long ago";
+        return Err(ApiError::not_found(words));
     };
-    let state = match row.state {
-        JobState::Queued => JobStatus::Queued,
-        JobState::Leased => JobStatus::Running,
-        JobState::Failed | JobState::Dead => JobStatus::Failed,
-    };
-    Ok(JobAnswer { reason: row.reason, ..answer(state) })
+    let (work, times) = (Some(done.work), Some(done.times));
+    Ok(JobAnswer { work, times, ..answer(JobStatus::Succeeded, None) })
 }

@@ -3,9 +3,9 @@
 use axum::extract::State;
 use axum::response::{IntoResponse, Response};
 use brood_protocol::Queue;
-use brood_storage::JobState;
 use http::header;
 
+use crate::dispatch::JobState;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -58,11 +58,10 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     for (table, rows) in rows {
         app.metrics.gauge("brood_rows", &[("table", table)], rows as f64);
     }
-    let depth = app.store.queue_depth().await?;
     for queue in [Queue::Interactive, Queue::Batch] {
         for state in [JobState::Queued, JobState::Leased, JobState::Failed, JobState::Dead] {
             let labels = [("queue", queue.name()), ("state", state.name())];
-            app.metrics.gauge("brood_jobs", &labels, depth.of(queue, state) as f64);
+            app.metrics.gauge("brood_jobs", &labels, app.pictures.queue.count(queue, state) as f64);
         }
     }
     for (state, searches) in app.store.search_counts().await? {
@@ -73,7 +72,9 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     }
     let (in_flight, memory_bytes) = app.pictures.cache.size();
     let (disk_bytes, pictures) = app.pictures.cache.disk().size();
-    app.metrics.gauge("brood_connections", &[], app.connections.len() as f64);
+    let (connections, of_workers) = app.connections.counts();
+    app.metrics.gauge("brood_connections", &[], connections as f64);
+    app.metrics.gauge("brood_worker_connections", &[], of_workers as f64);
     app.metrics.gauge("brood_log_bytes", &[], app.store.log_bytes() as f64);
     app.metrics.gauge("brood_refused_writes", &[], app.store.refused_writes() as f64);
     app.metrics.gauge("brood_leases", &[], app.pictures.jobs.leases.len() as f64);

@@ -18,7 +18,7 @@ use brood_storage::{ClaimedExport, StorageError, Store, StoredExport, StoredExpo
 use serde_json::json;
 use tokio::sync::Mutex;
 
-use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant};
+use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant, Returned};
 use super::lease::{lease_ms, renew_lease, shortened, stale};
 use crate::clock::now_ms;
 use crate::event::Events;
@@ -78,7 +78,7 @@ impl JobKind for Exports {
     ) -> Result<Option<PendingGrant<Self>>, ApiError> {
         while let Some(claimed) = self.store.claim_export(worker, now_ms()).await? {
             let ticket = ExportTicket { job: claimed.id, epoch: claimed.epoch };
-            self.jobs.leases.grant(ticket, worker, ());
+            self.jobs.leases.grant(ticket, worker, (), limit::LEASE);
             match self.grant(ticket, claimed).await {
                 Ok(grant) => {
                     let pending = PendingGrant::new(self, ticket, grant);
@@ -95,9 +95,9 @@ impl JobKind for Exports {
         Ok(None)
     }
 
-    async fn on_returned(&self, lease: LeaseOf<Self>, worker_died: bool) {
+    async fn on_returned(&self, lease: LeaseOf<Self>, returned: Returned) {
         let ExportTicket { job, epoch } = lease.ticket;
-        match self.store.release_export((job, epoch), worker_died, now_ms()).await {
+        match self.store.release_export((job, epoch), returned.is_loss(), now_ms()).await {
             Ok(export) => {
                 if export.state == JobStatus::Failed {
                     tracing::error!(%job, "an export has failed: too many workers died while making it");

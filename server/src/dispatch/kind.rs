@@ -3,7 +3,6 @@
 //! stores their return.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use brood_protocol::{JobId, Ticket};
 use brood_storage::StorageError;
@@ -51,14 +50,32 @@ pub trait JobKind: Sized + Send + Sync + 'static {
         queue: Self::Queue,
     ) -> impl Future<Output = Result<Option<PendingGrant<Self>>, ApiError>> + Send;
 
-    /// Stores the return of an unfinished job, whose lease has ended, to its queue. If its worker
-    /// died, the job may fail instead: a render job after three deaths, a search after three
-    /// consecutive ones.
+    /// Returns an unfinished job, whose lease has ended, to its queue. If its worker was lost, the
+    /// job may fail instead: a render job after three deaths, a search after three consecutive
+    /// losses.
     fn on_returned(
         &self,
         lease: LeaseOf<Self>,
-        worker_died: bool,
+        returned: Returned,
     ) -> impl Future<Output = ()> + Send;
+}
+
+/// Reason for the return of an unfinished job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Returned {
+    /// Its worker gave it back, or never got it.
+    Released,
+    /// Its lease expired: its worker was stopped, cut off or has died.
+    Expired,
+    /// Its worker has died, or sent what is no picture.
+    Died,
+}
+
+impl Returned {
+    /// True if the worker may have been lost because of the job.
+    pub fn is_loss(self) -> bool {
+        self != Self::Released
+    }
 }
 
 /// Lease of one kind of job.
@@ -89,9 +106,10 @@ pub struct Jobs<K: JobKind> {
 }
 
 impl<K: JobKind> Jobs<K> {
-    /// Creates an empty table of leases with a time to live.
-    pub fn new(ttl: Duration, tasks: &TaskTracker, stopping: &CancellationToken) -> Self {
-        Self { leases: LeaseTable::new(ttl), tasks: tasks.clone(), stopping: stopping.clone() }
+    /// Creates an empty table of leases.
+    pub fn new(tasks: &TaskTracker, stopping: &CancellationToken) -> Self {
+        let leases = LeaseTable::default();
+        Self { leases, tasks: tasks.clone(), stopping: stopping.clone() }
     }
 }
 
@@ -109,11 +127,6 @@ impl<K: JobKind> PendingGrant<K> {
         Self { kind: kind.clone(), ticket, grant: Some(grant) }
     }
 
-    /// Returns the proof of the lease.
-    pub fn ticket(&self) -> K::Ticket {
-        self.ticket
-    }
-
     /// Returns the lease, which the worker must now renew.
     pub fn take(mut self) -> K::Grant {
         self.grant.take().expect("taken once, by value")
@@ -127,7 +140,10 @@ impl<K: JobKind> Drop for PendingGrant<K> {
         }
         if let Some(lease) = self.kind.jobs().leases.end(&self.ticket) {
             let kind = self.kind.clone();
-            self.kind.jobs().tasks.spawn(async move { kind.on_returned(lease, false).await });
+            self.kind
+                .jobs()
+                .tasks
+                .spawn(async move { kind.on_returned(lease, Returned::Released).await });
         }
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use tokio::time::Instant;
 
-use super::kind::JobKind;
+use super::kind::{JobKind, Returned};
 use super::table::Renewed;
 use crate::limit;
 use crate::problem::ApiError;
@@ -95,19 +95,22 @@ pub fn renew_lease<K: JobKind>(kind: &K, ticket: &K::Ticket) -> Result<Renewed, 
 /// 409 if the lease is not valid any more.
 pub async fn release_lease<K: JobKind>(kind: &K, ticket: &K::Ticket) -> Result<(), ApiError> {
     let lease = kind.jobs().leases.end(ticket).ok_or_else(stale)?;
-    kind.on_returned(lease, false).await;
+    kind.on_returned(lease, Returned::Released).await;
     Ok(())
 }
 
 /// Ends leases and requeues their jobs. Returns the names of the workers that held them.
 pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) -> Vec<String> {
     let leases = &kind.jobs().leases;
-    let (ended, lost) = match end {
-        LeaseEnd::Expired => (leases.end_expired(), Some("a lease has expired")),
-        LeaseEnd::Death(worker) => {
-            (leases.end_those_of(worker), Some("a worker died while running a job"))
+    let (ended, (returned, lost)) = match end {
+        LeaseEnd::Expired => {
+            (leases.end_expired(), (Returned::Expired, Some("a lease has expired")))
         }
-        LeaseEnd::Shutdown => (leases.end_all(), None),
+        LeaseEnd::Death(worker) => (
+            leases.end_those_of(worker),
+            (Returned::Died, Some("a worker died while running a job")),
+        ),
+        LeaseEnd::Shutdown => (leases.end_all(), (Returned::Released, None)),
     };
     let mut workers = Vec::with_capacity(ended.len());
     for lease in ended {
@@ -116,7 +119,7 @@ pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) -> Vec<String> 
             let (job, worker) = (K::job(&lease), &lease.worker);
             tracing::warn!(kind = K::NAME, %job, worker, "{message}");
         }
-        kind.on_returned(lease, lost.is_some()).await;
+        kind.on_returned(lease, returned).await;
     }
     workers
 }

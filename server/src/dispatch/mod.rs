@@ -3,8 +3,8 @@
 //! [`lease`] serves workers, the same for all kinds of jobs, with the leases in [`table`] and the
 //! waiting workers in [`queue`]. [`kind`] defines what differs. The kinds are services:
 //! [`PictureService`], which serves picture requests by render jobs, [`Searches`] and [`Exports`].
-//! [`turns`] orders the queues of render jobs, [`history`] keeps finished ones, [`admission`]
-//! refuses births while the interactive queue is full.
+//! Render jobs wait in [`render_queue`], ordered by [`turns`]; [`history`] keeps finished ones,
+//! [`admission`] refuses births while the interactive queue is full.
 
 mod admission;
 mod export;
@@ -14,6 +14,7 @@ mod lease;
 mod pictures;
 mod queue;
 mod render_job;
+mod render_queue;
 mod request;
 mod row;
 mod search;
@@ -21,14 +22,13 @@ mod table;
 mod turns;
 mod workers;
 
-pub use admission::Admission;
+pub use admission::admit_birth;
 pub use export::{Exports, export_json};
 pub use history::History;
 pub use kind::{Jobs, Lane};
 pub use lease::{LeaseEnd, claim_lease, end_leases, release_lease, renew_lease};
 pub use pictures::PictureService;
-pub use render_job::WaitingRenderer;
+pub use render_queue::{JobState, RenderQueue};
 pub use request::{FrameId, PictureRequest, queue_for, render_work};
 pub use search::{Searches, search_json};
-pub use turns::Turns;
 pub use workers::Workers;

@@ -4,16 +4,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use brood_protocol::{JobId, PictureKey, Queue, RenderJob, encode};
-use brood_storage::{NewJob, StorageError, Store, StoredPicture};
+use brood_protocol::{PictureKey, Queue, RenderJob};
+use brood_storage::{Store, StoredPicture};
 use bytes::Bytes;
 
 use super::history::History;
-use super::kind::{JobKind, Jobs, Lane};
+use super::kind::{Jobs, Lane};
+use super::render_queue::{QueueFull, RenderQueue};
 use super::request::{FrameId, PictureRequest, queue_for, render_work};
-use super::turns::Turns;
 use crate::client::Client;
-use crate::clock::now_ms;
 use crate::event::Events;
 use crate::library::Library;
 use crate::limit;
@@ -31,7 +30,7 @@ const KEPT_WANTED: Duration = Duration::from_secs(2 * RETRY_MOST_S);
 /// Serves pictures: from the cache, by a render in flight, or by a new render job. Also the kind of
 /// render jobs.
 pub struct PictureService {
-    /// Database: picture rows and the queue of jobs.
+    /// Database: picture rows.
     pub store: Store,
     /// Caches of materials and frames.
     pub library: Arc<Library>,
@@ -45,8 +44,8 @@ pub struct PictureService {
     pub interactive: Lane<Self>,
     /// Workers that wait for batch jobs.
     pub batch: Lane<Self>,
-    /// Places of jobs in their queues.
-    pub turns: Turns,
+    /// Render jobs that wait for a worker.
+    pub queue: RenderQueue,
     /// Recently finished render jobs.
     pub history: History,
     /// Event streams, which get the URLs of new thumbnails.
@@ -123,12 +122,9 @@ impl PictureService {
 
     /// Returns the `Retry-After` of a 503 in seconds: the larger of the recent mean duration of
     /// jobs and the age of the oldest interactive job.
-    pub async fn retry_after_s(&self) -> u64 {
+    pub fn retry_after_s(&self) -> u64 {
         let of_late = self.history.wait().unwrap_or_default();
-        // The age is optional: an error of the store must not hide the 503.
-        let oldest = self.store.oldest_queued_ms(Queue::Interactive).await.ok().flatten();
-        let waited_ms = oldest.map_or(0, |made_ms| u64::try_from(now_ms() - made_ms).unwrap_or(0));
-        whole_seconds(of_late.max(Duration::from_millis(waited_ms)))
+        whole_seconds(of_late.max(self.queue.oldest(Queue::Interactive).unwrap_or_default()))
     }
 
     async fn fetch_or_enqueue(self: Arc<Self>, request: PictureRequest, asked: (Queue, Client)) {
@@ -180,43 +176,21 @@ impl PictureService {
 
     /// Queues a job unless it is empty; if it cannot be queued, fails the pictures with these keys.
     async fn enqueue(
-        &self,
+        self: &Arc<Self>,
         work: impl Future<Output = Result<RenderJob, ApiError>>,
         keys: impl IntoIterator<Item = PictureKey>,
         (queue, client): (Queue, Client),
     ) {
         let result = async {
             let work = work.await?;
-            if work.items.is_empty() {
-                return Ok(None);
+            if !work.items.is_empty() {
+                let queue = queue.max(queue_for(work.rays()));
+                self.hand_out(work, queue, client)?;
             }
-            let queue = queue.max(queue_for(rays(&work)));
-            let job = self.job_of(&work, queue, client);
-            self.store.enqueue(job, limit::QUEUED_JOBS).await.map_err(|error| match error {
-                StorageError::QueueFull | StorageError::Busy => Failure::Busy,
-                other => {
-                    tracing::error!(error = %other, "cannot queue a render job");
-                    Failure::Internal
-                }
-            })?;
-            Ok(Some(queue))
+            Ok(())
         };
-        match result.await {
-            Ok(None) => {}
-            Ok(Some(queue)) => self.lane(queue).notify.notify_one(),
-            Err(failure) => self.cache.fail(keys, &failure),
-        }
-    }
-
-    /// Returns a job in a queue for a client.
-    pub fn job_of(&self, work: &RenderJob, queue: Queue, client: Client) -> NewJob {
-        NewJob {
-            id: JobId::fresh(),
-            queue,
-            turn: self.turns.next(queue, client, rays(work)),
-            leased_to: None,
-            payload: encode(work),
-            created_ms: now_ms(),
+        if let Err::<(), Failure>(failure) = result.await {
+            self.cache.fail(keys, &failure);
         }
     }
 
@@ -237,15 +211,16 @@ impl PictureService {
     }
 }
 
-/// Number of primary rays of a job.
-fn rays(work: &RenderJob) -> u64 {
-    work.frame.rays() * work.items.len() as u64
-}
-
 impl From<ApiError> for Failure {
     fn from(error: ApiError) -> Self {
         tracing::error!(?error, "cannot prepare a render job");
         Self::Internal
+    }
+}
+
+impl From<QueueFull> for Failure {
+    fn from(_: QueueFull) -> Self {
+        Self::Busy
     }
 }
 

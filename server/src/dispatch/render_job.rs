@@ -1,35 +1,31 @@
-//! Render jobs: claims, direct grants, results.
+//! Render jobs: hand-out, claims, results.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
     JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureFormat, PictureKey,
-    Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture, WireError, decode,
+    Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture,
 };
 use brood_scene::PixelArea;
-use brood_storage::{FIRST_EPOCH, JobState, StorageError};
+use brood_storage::StorageError;
 use bytes::Bytes;
 
 use super::history::FinishedJob;
-use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant};
+use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant, Returned};
 use super::lease::{lease_ms, renew_lease, shortened, stale};
 use super::pictures::PictureService;
-use super::queue::WaitingWorker;
+use super::render_queue::{QueueFull, QueuedJob};
 use super::table::Renewed;
-use crate::clock::now_ms;
+use crate::client::Client;
+use crate::limit;
 use crate::picture::{Failure, check, decode as decode_picture};
 use crate::problem::{ApiError, quote};
 use crate::processors::run_blocking;
 
-/// Worker that waits for a render job.
-pub type WaitingRenderer = WaitingWorker<PendingGrant<PictureService>>;
-
 /// Render job during its lease.
 pub struct LeasedRender {
-    job: JobId,
-    queue: Queue,
-    work: RenderJob,
+    job: QueuedJob,
     /// Time that the job waited in the queue.
     queued: Duration,
 }
@@ -46,7 +42,7 @@ impl JobKind for PictureService {
     }
 
     fn job(lease: &LeaseOf<Self>) -> JobId {
-        lease.payload.job
+        lease.payload.job.id
     }
 
     fn lane(&self, queue: Queue) -> &Lane<Self> {
@@ -57,7 +53,7 @@ impl JobKind for PictureService {
     }
 
     async fn any_queued(&self, queue: Queue) -> Result<bool, StorageError> {
-        self.store.any_queued(queue).await
+        Ok(!self.queue.is_empty(queue))
     }
 
     async fn claim(
@@ -65,85 +61,84 @@ impl JobKind for PictureService {
         worker: &str,
         queue: Queue,
     ) -> Result<Option<PendingGrant<Self>>, ApiError> {
-        while let Some(job) = self.store.claim(worker, queue).await? {
-            self.turns.claimed(queue, job.turn);
-            let mut work: RenderJob = match decode(&job.payload) {
-                Ok(work) => work,
-                Err(WireError::Version) => {
-                    // Its pictures are rendered when they are requested again.
-                    tracing::info!(job = %job.id, "a job queued by another version is dropped");
-                    self.store.complete(job.id, job.epoch).await?;
-                    continue;
-                }
+        while let Some(mut job) = self.queue.take(queue) {
+            let before = job.work.items.len();
+            let wanted: Vec<_> = keys(&job).collect();
+            match self.without_cached(std::mem::take(&mut job.work.items)).await {
+                Ok(items) => job.work.items = items,
                 Err(error) => {
-                    tracing::error!(job = %job.id, %error, "cannot decode a stored job");
-                    self.store.fail(job.id, job.epoch, &error.to_string()).await?;
-                    continue;
+                    self.queue.fail(&job, "its pictures could not be read");
+                    self.cache.fail(wanted, &Failure::Internal);
+                    return Err(error);
                 }
-            };
-            let before = work.items.len();
-            work.items = self.without_cached(work.items).await?;
-            self.metrics.skipped.increment((before - work.items.len()) as u64);
-            work.items.retain(|item| !self.cache.end_if_abandoned(&[item.key]));
-            if work.items.is_empty() {
-                self.store.complete(job.id, job.epoch).await?;
+            }
+            self.metrics.skipped.increment((before - job.work.items.len()) as u64);
+            job.work.items.retain(|item| !self.cache.end_if_abandoned(&[item.key]));
+            if job.work.items.is_empty() {
+                self.queue.forget(job.id);
                 self.metrics.abandoned.increment(1);
                 continue;
             }
-            let waited_ms = u64::try_from(now_ms() - job.created_ms).unwrap_or(0);
-            let queued = Duration::from_millis(waited_ms);
-            let job = (job.id, queue, job.epoch);
-            return Ok(Some(self.grant(job, worker, work, queued)));
+            let queued = job.age();
+            return Ok(Some(self.grant(job, worker, queued)));
         }
         Ok(None)
     }
 
-    async fn on_returned(&self, lease: LeaseOf<Self>, worker_died: bool) {
-        let job = lease.payload.job;
-        match self.store.release(job, lease.ticket.epoch, worker_died).await {
-            Ok(JobState::Dead) => {
-                let reason = "worker_lost: three workers died while rendering it";
-                tracing::error!(%job, reason, "a job has failed permanently");
-                self.cache.fail(keys(&lease), &Failure::Render(reason.into()));
-            }
-            Ok(_) => self.lane(lease.payload.queue).notify.notify_one(),
-            Err(error) => {
-                tracing::error!(%job, %error, "cannot requeue a job");
-                self.cache.fail(keys(&lease), &Failure::Internal);
+    async fn on_returned(&self, lease: LeaseOf<Self>, returned: Returned) {
+        let queue = lease.payload.job.queue;
+        match self.queue.put_back(lease.payload.job, returned) {
+            None => self.lane(queue).notify.notify_one(),
+            Some(dead) => {
+                let reason = "worker_lost: its workers died or were cut off while rendering it";
+                tracing::error!(job = %dead.id, reason, "a job has failed permanently");
+                self.cache.fail(keys(&dead), &Failure::Render(reason.into()));
             }
         }
     }
 }
 
 impl PictureService {
-    /// Grants a job that is being written as leased directly to a waiting worker.
-    pub fn grant_directly(
+    /// Hands a job to a waiting worker, or queues it. Returns its id.
+    ///
+    /// # Errors
+    /// [`QueueFull`] if no worker waits and the queue takes no more jobs.
+    pub fn hand_out(
         self: &Arc<Self>,
-        job: JobId,
         work: RenderJob,
-        waiting: WaitingRenderer,
-    ) -> LeaseTicket {
-        let job = (job, Queue::Interactive, FIRST_EPOCH);
-        let pending = self.grant(job, &waiting.worker, work, Duration::ZERO);
-        let ticket = pending.ticket();
-        // If the worker has disconnected, dropping the grant returns the lease.
-        drop(waiting.sender.send(pending));
-        ticket
+        queue: Queue,
+        client: Client,
+    ) -> Result<JobId, QueueFull> {
+        let lane = self.lane(queue);
+        if let Some(waiting) = lane.waiting.next() {
+            let job = self.queue.take_new(work, queue, client);
+            let id = job.id;
+            let pending = self.grant(job, &waiting.worker, Duration::ZERO);
+            // If the worker has disconnected, dropping the grant returns the lease.
+            drop(waiting.sender.send(pending));
+            return Ok(id);
+        }
+        let id = self.queue.push(work, queue, client)?;
+        lane.notify.notify_one();
+        Ok(id)
     }
 
-    /// Grants the lease of a claimed job.
+    /// Grants the lease of a job.
     fn grant(
         self: &Arc<Self>,
-        (job, queue, epoch): (JobId, Queue, u64),
+        job: QueuedJob,
         worker: &str,
-        work: RenderJob,
         queued: Duration,
     ) -> PendingGrant<Self> {
-        let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch };
-        let payload = LeasedRender { job, queue, work: work.clone(), queued };
-        self.jobs.leases.grant(ticket, worker, payload);
-        let ttl_ms = lease_ms(self.jobs.leases.ttl);
-        PendingGrant::new(self, ticket, LeaseGrant { ticket, job, ttl_ms, work })
+        let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: job.epoch };
+        let (id, work) = (job.id, job.work.clone());
+        let ttl = match job.queue {
+            Queue::Interactive => limit::INTERACTIVE_LEASE,
+            Queue::Batch => limit::BATCH_LEASE,
+        };
+        self.jobs.leases.grant(ticket, worker, LeasedRender { job, queued }, ttl);
+        let ttl_ms = lease_ms(ttl);
+        PendingGrant::new(self, ticket, LeaseGrant { ticket, job: id, ttl_ms, work })
     }
 
     /// Renews a lease. Ends it and its job if no client waits for any of its pictures: the worker
@@ -153,13 +148,14 @@ impl PictureService {
     /// 409 if the lease is not valid any more.
     pub async fn renew(&self, ticket: &LeaseTicket) -> Result<Renewed, ApiError> {
         let renewed = renew_lease(self, ticket)?;
-        let keys = self.jobs.leases.read(ticket, |lease| keys(lease).collect::<Vec<_>>());
+        let read = |lease: &LeaseOf<Self>| keys(&lease.payload.job).collect::<Vec<_>>();
+        let keys = self.jobs.leases.read(ticket, read);
         if keys.is_some_and(|keys| self.cache.end_if_abandoned(&keys))
             && let Some(lease) = self.jobs.leases.end(ticket)
         {
-            let job = lease.payload.job;
+            let job = lease.payload.job.id;
             tracing::debug!(%job, "no client waits for a job any more");
-            self.store.complete(job, ticket.epoch).await?;
+            self.queue.forget(job);
             self.metrics.abandoned.increment(1);
             return Err(ApiError::stale_lease("no client waits for the pictures any more"));
         }
@@ -195,23 +191,25 @@ impl PictureService {
         is_own: bool,
     ) -> Result<(), ApiError> {
         let lease = self.jobs.leases.end(&results.ticket).ok_or_else(stale)?;
-        let job = lease.payload.job;
+        let job = lease.payload.job.id;
         let (pictures, work) = match results.outcome {
             RenderOutcome::Pictures(pictures, work) => (pictures, work),
             RenderOutcome::Failed(reason) => {
                 let reason = shortened(&reason);
                 tracing::warn!(%job, worker = %lease.worker, reason, "a job failed");
-                return self.fail_job(&lease, &reason).await;
+                self.fail_job(&lease, &reason);
+                return Ok(());
             }
             RenderOutcome::Missing(reason) => {
                 let failure = Failure::Missing(shortened(&reason).into());
-                self.cache.fail(keys(&lease), &failure);
-                return Ok(self.store.complete(job, lease.ticket.epoch).await?);
+                self.cache.fail(keys(&lease.payload.job), &failure);
+                self.queue.forget(job);
+                return Ok(());
             }
         };
-        let checked = match check_all(&lease.payload.work, &pictures) {
+        let checked = match check_all(&lease.payload.job.work, &pictures) {
             Ok(()) if !is_own => {
-                let work = lease.payload.work.clone();
+                let work = lease.payload.job.work.clone();
                 let decode = move || decode_all(&work, &pictures).map(|()| pictures);
                 run_blocking(decode).await?
             }
@@ -222,10 +220,10 @@ impl PictureService {
             Err(reason) => {
                 tracing::error!(%job, worker = %lease.worker, reason, "results are refused");
                 if is_own {
-                    self.fail_job(&lease, "the worker sent invalid pictures").await?;
+                    self.fail_job(&lease, "the worker sent invalid pictures");
                 } else {
                     // Another worker may do better.
-                    self.on_returned(lease, true).await;
+                    self.on_returned(lease, Returned::Died).await;
                 }
                 return Err(ApiError::refused(reason));
             }
@@ -239,30 +237,19 @@ impl PictureService {
         for picture in pictures {
             self.ready(picture.key, Bytes::from(picture.bytes), true);
         }
-        // The pictures are already cached, so the answer does not wait for the removal of the
-        // queue's row.
-        let own = self.clone();
-        self.jobs.tasks.spawn(async move {
-            if let Err(error) = own.store.complete(job, lease.ticket.epoch).await {
-                tracing::warn!(%job, %error, "cannot remove a finished job from the queue");
-            }
-        });
+        self.queue.forget(job);
         Ok(())
     }
 
     /// Marks a job as failed.
-    async fn fail_job(
-        &self,
-        lease: &LeaseOf<PictureService>,
-        reason: &str,
-    ) -> Result<(), ApiError> {
-        self.cache.fail(keys(lease), &Failure::Render(reason.into()));
-        Ok(self.store.fail(lease.payload.job, lease.ticket.epoch, reason).await?)
+    fn fail_job(&self, lease: &LeaseOf<PictureService>, reason: &str) {
+        self.cache.fail(keys(&lease.payload.job), &Failure::Render(reason.into()));
+        self.queue.fail(&lease.payload.job, reason);
     }
 }
 
-fn keys(lease: &LeaseOf<PictureService>) -> impl Iterator<Item = PictureKey> {
-    lease.payload.work.items.iter().map(|item| item.key)
+fn keys(job: &QueuedJob) -> impl Iterator<Item = PictureKey> {
+    job.work.items.iter().map(|item| item.key)
 }
 
 fn micros(time: Duration) -> u64 {
@@ -302,9 +289,8 @@ fn each(work: &RenderJob, pictures: &[RenderedPicture], check: PictureCheck) -> 
 
 #[cfg(test)]
 mod tests {
-    use brood_protocol::{Backend, Frame, MeshSource, PackedProgram, Subject, encode};
+    use brood_protocol::{Backend, Frame, MeshSource, PackedProgram, Subject};
     use brood_scene::Scene;
-    use brood_storage::NewJob;
 
     use super::*;
     use crate::config::ServerConfig;
@@ -332,22 +318,15 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let config = ServerConfig::new("127.0.0.1:0".parse().unwrap(), dir.path().to_owned());
         let app = Server::bind(config).await.unwrap().app();
-        let queued = NewJob {
-            id: JobId::fresh(),
-            queue: Queue::Interactive,
-            turn: 0,
-            leased_to: None,
-            payload: encode(&job(vec![item(1)])),
-            created_ms: 1,
-        };
-        app.store.enqueue(queued, 9).await.unwrap();
+        let (work, client) = (job(vec![item(1)]), Client::current());
+        app.pictures.hand_out(work, Queue::Interactive, client).unwrap();
         for (is_own, is_queued) in [(false, true), (true, false)] {
             let claimed = app.pictures.claim("far", Queue::Interactive).await.unwrap();
             let ticket = claimed.expect("the job is queued").take().ticket;
             let outcome = RenderOutcome::Pictures(Vec::new(), Default::default());
             let refused = app.pictures.results(LeaseResults { ticket, outcome }, is_own).await;
             assert_eq!(refused.unwrap_err().status(), 422);
-            assert_eq!(app.store.any_queued(Queue::Interactive).await.unwrap(), is_queued);
+            assert_eq!(!app.pictures.queue.is_empty(Queue::Interactive), is_queued);
         }
     }
 

@@ -19,7 +19,7 @@ use brood_scene::Scene;
 use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
 use brood_target::Objective;
 
-use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant};
+use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant, Returned};
 use super::lease::{lease_ms, renew_lease, shortened, stale};
 use super::pictures::PictureService;
 use crate::breeding::Breeding;
@@ -94,7 +94,7 @@ impl JobKind for Searches {
     ) -> Result<Option<PendingGrant<Self>>, ApiError> {
         while let Some(claimed) = self.store.claim_search(worker, now_ms()).await? {
             let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
-            self.jobs.leases.grant(ticket, worker, ());
+            self.jobs.leases.grant(ticket, worker, (), limit::LEASE);
             match grant(ticket, claimed) {
                 Ok(grant) => {
                     let pending = PendingGrant::new(self, ticket, grant);
@@ -111,9 +111,9 @@ impl JobKind for Searches {
         Ok(None)
     }
 
-    async fn on_returned(&self, lease: LeaseOf<Self>, worker_died: bool) {
+    async fn on_returned(&self, lease: LeaseOf<Self>, returned: Returned) {
         let SearchTicket { job, epoch } = lease.ticket;
-        match self.store.release_search(job, epoch, worker_died, now_ms()).await {
+        match self.store.release_search(job, epoch, returned.is_loss(), now_ms()).await {
             Ok(search) => {
                 if search.state == SearchState::Failed {
                     tracing::error!(%job, "a search has failed: too many workers died while running it");

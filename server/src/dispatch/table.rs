@@ -18,6 +18,8 @@ pub struct Lease<T, P> {
     pub granted: Instant,
     /// Data that the kind of job keeps during the lease.
     pub payload: P,
+    /// Time to live without renewal.
+    ttl: Duration,
     deadline: Instant,
 }
 
@@ -33,22 +35,21 @@ pub struct Renewed {
 /// Leases of one kind of job.
 #[derive(Debug)]
 pub struct LeaseTable<T: Ticket, P> {
-    /// Time to live of a lease without renewal.
-    pub ttl: Duration,
     leases: Mutex<HashMap<T::Key, Lease<T, P>>>,
 }
 
-impl<T: Ticket, P> LeaseTable<T, P> {
-    /// Creates an empty table.
-    pub fn new(ttl: Duration) -> Self {
-        Self { ttl, leases: Mutex::new(HashMap::new()) }
+impl<T: Ticket, P> Default for LeaseTable<T, P> {
+    fn default() -> Self {
+        Self { leases: Mutex::default() }
     }
+}
 
-    /// Grants a lease; replaces an earlier one with the same key.
-    pub fn grant(&self, ticket: T, worker: &str, payload: P) {
+impl<T: Ticket, P> LeaseTable<T, P> {
+    /// Grants a lease with a time to live; replaces an earlier one with the same key.
+    pub fn grant(&self, ticket: T, worker: &str, payload: P, ttl: Duration) {
         let granted = Instant::now();
-        let deadline = granted + self.ttl;
-        let lease = Lease { ticket, worker: worker.to_owned(), granted, payload, deadline };
+        let deadline = granted + ttl;
+        let lease = Lease { ticket, worker: worker.to_owned(), granted, payload, ttl, deadline };
         self.lock().insert(ticket.key(), lease);
     }
 
@@ -59,7 +60,7 @@ impl<T: Ticket, P> LeaseTable<T, P> {
         if lease.ticket.epoch() != ticket.epoch() {
             return None;
         }
-        lease.deadline = Instant::now() + self.ttl;
+        lease.deadline = Instant::now() + lease.ttl;
         Some(Renewed { worker: lease.worker.clone(), age: lease.granted.elapsed() })
     }
 
@@ -125,10 +126,10 @@ mod tests {
 
     #[tokio::test(start_paused = true)]
     async fn lease_expires_unless_it_is_renewed() {
-        let table = LeaseTable::new(limit::LEASE);
+        let table = LeaseTable::default();
         let (kept, lost) = (ticket(1), ticket(2));
-        table.grant(kept, "a", "payload of a");
-        table.grant(lost, "b", "payload of b");
+        table.grant(kept, "a", "payload of a", limit::LEASE);
+        table.grant(lost, "b", "payload of b", limit::LEASE);
         tokio::time::advance(Duration::from_secs(15)).await;
         let renewed = Renewed { worker: "a".to_owned(), age: Duration::from_secs(15) };
         assert_eq!(table.renew(&kept), Some(renewed));
@@ -144,9 +145,9 @@ mod tests {
 
     #[tokio::test]
     async fn lease_of_another_epoch_is_stale() {
-        let table = LeaseTable::new(limit::LEASE);
+        let table = LeaseTable::default();
         let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: 2 };
-        table.grant(ticket, "a", ());
+        table.grant(ticket, "a", (), limit::LEASE);
         for epoch in [1, 3] {
             let stale = LeaseTicket { epoch, ..ticket };
             assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
@@ -158,20 +159,20 @@ mod tests {
 
     #[tokio::test]
     async fn grant_replaces_an_earlier_lease_of_the_job() {
-        let table = LeaseTable::new(limit::LEASE);
+        let table = LeaseTable::default();
         let first = ticket(1);
         let second = SearchTicket { epoch: 2, ..first };
-        table.grant(first, "a", ());
-        table.grant(second, "b", ());
+        table.grant(first, "a", (), limit::LEASE);
+        table.grant(second, "b", (), limit::LEASE);
         assert!(table.end(&first).is_none());
         assert_eq!(table.end(&second).unwrap().worker, "b");
     }
 
     #[tokio::test]
     async fn leases_of_one_worker_end_without_the_others() {
-        let table = LeaseTable::new(limit::LEASE);
+        let table = LeaseTable::default();
         for worker in ["a", "a", "b"] {
-            table.grant(ticket(1), worker, ());
+            table.grant(ticket(1), worker, (), limit::LEASE);
         }
         assert_eq!(table.end_those_of("a").len(), 2);
         assert!(table.end_those_of("a").is_empty());

@@ -6,7 +6,6 @@
 //! start of the job that was claimed last. The length of a job is the number of its rays.
 
 use std::collections::HashMap;
-use std::sync::{Mutex, PoisonError};
 
 use brood_protocol::Queue;
 
@@ -18,7 +17,7 @@ const CLIENTS: usize = 1024;
 /// Virtual times of the queues.
 #[derive(Debug, Default)]
 pub struct Turns {
-    queues: Mutex<HashMap<Queue, VirtualTimes>>,
+    queues: HashMap<Queue, VirtualTimes>,
 }
 
 #[derive(Debug, Default)]
@@ -30,9 +29,8 @@ struct VirtualTimes {
 
 impl Turns {
     /// Returns the place of a new job of a client, which traces this many rays.
-    pub fn next(&self, queue: Queue, client: Client, rays: u64) -> u64 {
-        let mut queues = self.queues.lock().unwrap_or_else(PoisonError::into_inner);
-        let times = queues.entry(queue).or_default();
+    pub fn next(&mut self, queue: Queue, client: Client, rays: u64) -> u64 {
+        let times = self.queues.entry(queue).or_default();
         if times.ends.len() >= CLIENTS {
             let now = times.now;
             times.ends.retain(|_, end| *end > now);
@@ -44,9 +42,8 @@ impl Turns {
     }
 
     /// Notes that the job with this place was claimed.
-    pub fn claimed(&self, queue: Queue, turn: u64) {
-        let mut queues = self.queues.lock().unwrap_or_else(PoisonError::into_inner);
-        let times = queues.entry(queue).or_default();
+    pub fn claimed(&mut self, queue: Queue, turn: u64) {
+        let times = self.queues.entry(queue).or_default();
         times.now = times.now.max(turn);
     }
 }
@@ -57,7 +54,7 @@ mod tests {
 
     #[test]
     fn clients_take_turns_in_proportion_to_their_rays() {
-        let turns = Turns::default();
+        let mut turns = Turns::default();
         let (many, few) = (Client::Token([1; 32]), Client::Token([2; 32]));
         let queue = Queue::Interactive;
         let mut waiting: Vec<(u64, Client)> =
@@ -81,13 +78,12 @@ mod tests {
 
     #[test]
     fn clients_without_waiting_jobs_are_forgotten() {
-        let turns = Turns::default();
+        let mut turns = Turns::default();
         for n in 0..5000_u32 {
             let client = Client::Address(std::net::Ipv4Addr::from(n).into());
             let turn = turns.next(Queue::Interactive, client, 7);
             turns.claimed(Queue::Interactive, turn + 7);
         }
-        let queues = turns.queues.lock().unwrap();
-        assert!(queues[&Queue::Interactive].ends.len() <= CLIENTS);
+        assert!(turns.queues[&Queue::Interactive].ends.len() <= CLIENTS);
     }
 }

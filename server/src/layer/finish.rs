@@ -38,7 +38,7 @@ pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Res
     if status == StatusCode::SERVICE_UNAVAILABLE
         && response.headers().contains_key(header::RETRY_AFTER)
     {
-        let seconds = app.pictures.retry_after_s().await;
+        let seconds = app.pictures.retry_after_s();
         response.headers_mut().insert(header::RETRY_AFTER, HeaderValue::from(seconds));
     }
     if status.is_client_error() || status.is_server_error() {

@@ -8,6 +8,7 @@ use http::{HeaderMap, Method, header};
 use crate::access::Need;
 use crate::client::{Client, Peer};
 use crate::listen::Stopping;
+use crate::open_connections::OpenConnection;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -30,6 +31,11 @@ pub async fn gate(
         return Err(ApiError::stopping("retry after the restart"));
     }
     app.access.check(&app.store, need, token(request.headers())).await?;
+    if need == Need::Work
+        && let Some(connection) = request.extensions().get::<OpenConnection>()
+    {
+        connection.serves_worker();
+    }
     if app.stopping.is_cancelled() && matches!(need, Need::Breed | Need::Admin) {
         return Err(ApiError::stopping("retry after the restart"));
     }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use brood_genome::ModelKind;
 use brood_protocol::{
     GenerationId, IndividualId, Lineage, LineageId, ParentRef, PatchIndividual, PatchLineage,
-    Queue, SceneId,
+    SceneId,
 };
 
 use super::{
-    age, execute, generation, genome, hash, idempotency, job, key, lineage, new_generation,
-    new_lineage, open, picture, scene,
+    age, execute, generation, genome, hash, idempotency, key, lineage, new_generation, new_lineage,
+    open, picture, scene,
 };
 use crate::{LineageCursor, LineageFilter, NewImport, StorageError, Store, StoredOutline};
 
@@ -115,7 +115,6 @@ async fn generation_is_read_back_as_written() {
     new.centre = Some(first.individuals[1].id);
     new.individuals.reverse();
     new.pictures = vec![picture("b0", "b 0", scene(&store).await)];
-    new.job = Some(job(Queue::Interactive));
     let made = store.create_generation(new.clone()).await.unwrap();
     assert_eq!((made.index, made.seed, made.parents.as_slice()), (1, new.seed, parents.as_slice()));
     assert_eq!(made.centre.as_ref(), Some(&first.individuals[1]));
@@ -126,10 +125,6 @@ async fn generation_is_read_back_as_written() {
     assert_eq!(store.generation(new.id).await.unwrap(), made);
     assert_eq!(store.individual(made.individuals[2].id).await.unwrap(), made.individuals[2]);
     assert_eq!(store.picture(key("b0")).await.unwrap(), new.pictures[0]);
-    assert_eq!(
-        store.claim("w", Queue::Interactive).await.unwrap().unwrap().id,
-        new.job.unwrap().id
-    );
     assert!(matches!(store.generation(GenerationId::fresh()).await, Err(StorageError::NotFound)));
 }
 
@@ -144,8 +139,7 @@ async fn generation_is_rolled_back_when_part_is_rejected() {
     orphans[2].centre = Some(IndividualId::fresh());
     orphans.push(new_generation(lineage, &[], "x"));
     orphans[3].pictures = vec![picture("p", "missing", scene(&store).await)];
-    for mut orphan in orphans {
-        orphan.job = Some(job(Queue::Interactive));
+    for orphan in orphans {
         let refused = store.create_generation(orphan).await;
         assert!(matches!(refused, Err(StorageError::NotFound)), "{refused:?}");
     }
@@ -155,7 +149,7 @@ async fn generation_is_rolled_back_when_part_is_rejected() {
     assert!(matches!(refused, Err(StorageError::Conflict { .. })), "{refused:?}");
     let counts = store.counts().await.unwrap();
     assert_eq!((counts.generations, counts.individuals, counts.genomes), (0, 0, 0));
-    assert_eq!((counts.jobs, counts.pictures), (0, 0));
+    assert_eq!(counts.pictures, 0);
 }
 
 #[tokio::test]

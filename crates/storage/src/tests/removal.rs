@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use brood_protocol::{GenerationId, LineageId, ParentRef, Queue};
+use brood_protocol::{GenerationId, LineageId, ParentRef};
 
 use super::{
-    child, generation, genome, hash, job, key, lineage, new_generation, open, picture, read_back,
-    saved, scene,
+    child, generation, genome, hash, key, lineage, new_generation, open, picture, read_back, saved,
+    scene,
 };
 use crate::StorageError;
 
@@ -77,8 +77,7 @@ async fn hidden_lineage_can_still_be_purged() {
     let lineage = lineage(&store).await;
     store.hide_lineage(lineage).await.unwrap();
     store.hide_lineage(lineage).await.unwrap();
-    let mut new = new_generation(lineage, &[], "a");
-    new.job = Some(job(Queue::Batch));
+    let new = new_generation(lineage, &[], "a");
     let id: GenerationId = store.create_generation(new).await.unwrap().id;
     store.purge_lineage(lineage).await.unwrap();
     assert!(matches!(store.generation(id).await, Err(StorageError::NotFound)));

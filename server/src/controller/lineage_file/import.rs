@@ -312,7 +312,6 @@ impl Assembly<'_> {
             created_ms: from.created_ms,
             individuals,
             pictures: Vec::new(),
-            job: None,
             search: None,
             idempotency: None,
         })

@@ -18,7 +18,7 @@ async fn exports(most_bytes: u64) -> (TempDir, App, Arc<Exports>) {
     let app = server.app();
     let exports = Arc::new(Exports {
         store: app.store.clone(),
-        jobs: Jobs::new(limit::LEASE, &app.tasks, &app.stopping),
+        jobs: Jobs::new(&app.tasks, &app.stopping),
         lane: Lane::default(),
         library: app.library.clone(),
         folder: app.exports.folder.clone(),
