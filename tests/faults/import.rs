@@ -116,7 +116,7 @@ async fn births_go_on_beside_an_import() {
     waits.sort();
     let (median, longest) = (waits[waits.len() / 2], waits[waits.len() - 1]);
     println!(
-        "fault: beside an import of 100,096 individuals in {} ms: {} births, median {} ms, longest {} ms",
+        "fault: births beside an import: 100,096 individuals in {} ms, {} births, median {} ms, longest {} ms",
         import.as_millis(),
         waits.len(),
         median.as_millis(),

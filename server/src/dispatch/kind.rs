@@ -63,11 +63,11 @@ pub trait JobKind: Sized + Send + Sync + 'static {
 /// Reason for the return of an unfinished job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Returned {
-    /// Its worker gave it back, or never got it.
+    /// The worker gave the job back, or never got it.
     Released,
-    /// Its lease expired: its worker was stopped, cut off or has died.
+    /// The lease expired: the worker was stopped, cut off or has died.
     Expired,
-    /// Its worker has died, or sent what is no picture.
+    /// The worker has died, or sent what is no picture.
     Died,
 }
 

@@ -43,7 +43,7 @@ brood_genome::named_enum! {
 pub struct QueuedJob {
     /// Id of the job.
     pub id: JobId,
-    /// Its queue.
+    /// Queue that it waits in, or comes from.
     pub queue: Queue,
     /// Pictures to render.
     pub work: RenderJob,
@@ -171,7 +171,7 @@ impl RenderQueue {
         self.lock().fail(job, JobState::Failed, reason);
     }
 
-    /// Forgets a job that has succeeded or that nobody wants any more.
+    /// Forgets a job that has succeeded or is not wanted any more.
     pub fn forget(&self, id: JobId) {
         self.lock().known.remove(&id);
     }
