@@ -21,6 +21,7 @@ pub fn lower_thread_priority() {
 /// thread wants: a thread that wakes up takes the processor at once. Threads of
 /// [`lower_thread_priority`] keep it to the end of their time slice. Has an effect on Linux only.
 pub fn idle_thread_priority() {
+    // ACCESS: the policy is set. The niceness, which has no effect on idle threads, is not changed.
     #[cfg(target_os = "linux")]
     if let Err(error) = set_thread_priority_and_policy(
         thread_native_id(),
@@ -28,13 +29,11 @@ pub fn idle_thread_priority() {
         ThreadSchedulePolicy::Normal(NormalThreadSchedulePolicy::Idle),
     ) && error != Error::OS(rustix::io::Errno::ACCESS.raw_os_error())
     {
-        // ACCESS: the policy is set, but then the niceness, which has no effect on idle threads,
-        // cannot go back to 0.
         tracing::warn!(?error, "cannot give a thread the priority idle");
     }
 }
 
-/// The lowest.
+/// Lowest priority of a thread.
 #[cfg(target_os = "linux")]
 const NICE: i32 = 19;
 

@@ -54,8 +54,8 @@ impl Store {
         let store = self.clone();
         let import = tokio::spawn(async move {
             let id = new.lineage.id;
-            let begin = new.lineage.clone();
-            store.write(operation!(|conn| insert_unfinished(conn, &begin).await)).await?;
+            let lineage = new.lineage.clone();
+            store.write(operation!(|conn| insert_unfinished(conn, &lineage).await)).await?;
             let imported = store.import_rest(Arc::new(new)).await;
             if imported.is_err()
                 && let Err(error) = store.remove_lineage(id).await

@@ -133,14 +133,14 @@ pub async fn descendants(
     Query(query): Query<PageQuery>,
 ) -> Result<Json<Page<IndividualDetail>>, ApiError> {
     let (limit, cursor) = (query.limit()?, query.cursor()?);
-    if let Some(cursor) = cursor
-        && let Err(StorageError::NotFound) = app.store.individual(cursor).await
-    {
-        let words = "names an individual that was removed; begin with the first page";
-        return Err(ApiError::bad_parameter("cursor", words));
+    match app.store.descendants(id, cursor, limit + 1).await {
+        Err(StorageError::NotFound) if cursor.is_some() => {
+            app.store.individual(id).await?;
+            let words = "names an individual that was removed; begin with the first page";
+            Err(ApiError::bad_parameter("cursor", words))
+        }
+        stored => present_page(&app, stored?, limit).await,
     }
-    let stored = app.store.descendants(id, cursor, limit + 1).await?;
-    present_page(&app, stored, limit).await
 }
 
 async fn present(app: &App, stored: StoredIndividual) -> Result<Response, ApiError> {

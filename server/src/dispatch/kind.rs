@@ -51,8 +51,8 @@ pub trait JobKind: Sized + Send + Sync + 'static {
     ) -> impl Future<Output = Result<Option<PendingGrant<Self>>, ApiError>> + Send;
 
     /// Returns an unfinished job, whose lease has ended, to its queue. If its worker was lost, the
-    /// job may fail instead: a render job after three deaths, a search after three consecutive
-    /// losses.
+    /// job may fail instead: a render job after three deaths or ten expired leases, a search after
+    /// three consecutive losses.
     fn on_returned(
         &self,
         lease: LeaseOf<Self>,

@@ -62,7 +62,7 @@ impl JobKind for PictureService {
         queue: Queue,
     ) -> Result<Option<PendingGrant<Self>>, ApiError> {
         while let Some(mut job) = self.queue.take(queue) {
-            let before = job.work.items.len();
+            let queued_items = job.work.items.len();
             let wanted: Vec<_> = keys(&job).collect();
             match self.without_cached(std::mem::take(&mut job.work.items)).await {
                 Ok(items) => job.work.items = items,
@@ -72,7 +72,7 @@ impl JobKind for PictureService {
                     return Err(error);
                 }
             }
-            self.metrics.skipped.increment((before - job.work.items.len()) as u64);
+            self.metrics.skipped.increment((queued_items - job.work.items.len()) as u64);
             job.work.items.retain(|item| !self.cache.end_if_abandoned(&[item.key]));
             if job.work.items.is_empty() {
                 self.queue.forget(job.id);

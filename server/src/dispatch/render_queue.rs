@@ -124,7 +124,7 @@ impl RenderQueue {
         if state.is_full(queue) {
             return Err(QueueFull);
         }
-        state.place(&mut job, client);
+        state.assign_turn(&mut job, client);
         let id = job.id;
         state.insert(job);
         Ok(id)
@@ -134,7 +134,7 @@ impl RenderQueue {
     pub fn take_new(&self, work: RenderJob, queue: Queue, client: Client) -> QueuedJob {
         let mut job = QueuedJob::new(work, queue);
         let mut state = self.lock();
-        state.place(&mut job, client);
+        state.assign_turn(&mut job, client);
         state.turns.claimed(queue, job.turn);
         state.lease(&mut job);
         job
@@ -216,7 +216,7 @@ impl State {
     }
 
     /// Gives a new job of a client its turn.
-    fn place(&mut self, job: &mut QueuedJob, client: Client) {
+    fn assign_turn(&mut self, job: &mut QueuedJob, client: Client) {
         job.turn = self.turns.next(job.queue, client, job.work.rays());
     }
 
@@ -248,7 +248,9 @@ impl State {
 
 #[cfg(test)]
 mod tests {
-    use brood_protocol::{Backend, Frame, MeshSource, PictureFormat};
+    use brood_protocol::{
+        Backend, Frame, MeshSource, PackedProgram, PictureFormat, PictureKey, RenderItem, Subject,
+    };
     use brood_scene::Scene;
 
     use super::*;
@@ -353,13 +355,10 @@ mod tests {
         let large = || {
             let options = (PictureFormat::Png, Backend::Auto);
             let frame = Frame::new(&scene, MeshSource::Builtin, 16, 1, options);
-            let packed = brood_protocol::PackedProgram {
-                words: vec![u32::MAX; 1 << 20],
-                operations_written: 0,
-            };
-            let subject = brood_protocol::Subject::Program(packed);
-            let key = brood_protocol::PictureKey([1; 32]);
-            RenderJob::new(frame, vec![brood_protocol::RenderItem { key, subject }])
+            let packed = PackedProgram { words: vec![u32::MAX; 1 << 20], operations_written: 0 };
+            let subject = Subject::Program(packed);
+            let key = PictureKey([1; 32]);
+            RenderJob::new(frame, vec![RenderItem { key, subject }])
         };
         let mut count = 0;
         while jobs.push(large(), Queue::Batch, CLIENT).is_ok() {
