@@ -136,7 +136,7 @@ pub async fn descendants(
     match app.store.descendants(id, cursor, limit + 1).await {
         Err(StorageError::NotFound) if cursor.is_some() => {
             app.store.individual(id).await?;
-            let words = "names an individual that was removed; begin with the first page";
+            let words = "names no individual, or one that was removed; begin with the first page";
             Err(ApiError::bad_parameter("cursor", words))
         }
         stored => present_page(&app, stored?, limit).await,

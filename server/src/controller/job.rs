@@ -60,7 +60,7 @@ fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
         return Ok(answer(state, known.reason));
     }
     let Some(done) = app.pictures.history.get(id) else {
-        let words = "there is no job with this id, or it finished long ago";
+        let words = "there is no job with this id, or it ended long ago or before a restart";
         return Err(ApiError::not_found(words));
     };
     let (work, times) = (Some(done.work), Some(done.times));

@@ -43,7 +43,7 @@ fn query_words(message: &str) -> String {
         "provided string was not `true` or `false`" => "must be true or false".to_owned(),
         _ if words.starts_with("UUID parsing failed") => "must be an id".to_owned(),
         _ if words.contains("digit found in string") || words.contains("number too ") => {
-            "must be a whole number in its range".to_owned()
+            "must be a whole number that is not negative or too large".to_owned()
         }
         _ if words.starts_with("cannot parse ") => "must not be empty".to_owned(),
         _ => serde_words(words),
@@ -143,9 +143,18 @@ mod tests {
     #[test]
     fn errors_name_the_parameter_and_what_it_must_be() {
         for (query, words) in [
-            ("count=x", "query parameter `count`: must be a whole number in its range"),
-            ("count=-1", "query parameter `count`: must be a whole number in its range"),
-            ("count=256", "query parameter `count`: must be a whole number in its range"),
+            (
+                "count=x",
+                "query parameter `count`: must be a whole number that is not negative or too large",
+            ),
+            (
+                "count=-1",
+                "query parameter `count`: must be a whole number that is not negative or too large",
+            ),
+            (
+                "count=256",
+                "query parameter `count`: must be a whole number that is not negative or too large",
+            ),
             ("count=", "query parameter `count`: must not be empty"),
             ("share=x", "query parameter `share`: must be a number"),
             ("share=", "query parameter `share`: must not be empty"),
