@@ -7,7 +7,7 @@ mod record;
 
 use std::sync::Arc;
 
-use brood_eval::{diverse_brood, express_brood, steered_brood};
+use brood_eval::{diverse_brood, express_child, steered_brood};
 use brood_genome::{Dialect, Genome, Start, Variation};
 use brood_program::{BroodRequest, Child, settle_brood};
 use brood_protocol::{
@@ -20,6 +20,7 @@ use rayon::prelude::*;
 pub use adopt::OPERATOR as ADOPT;
 pub use record::OPERATOR as FIT;
 
+use crate::deferred::Progress;
 use crate::library::{Framed, Framing, Library, Material};
 use crate::limit;
 use crate::problem::ApiError;
@@ -100,7 +101,7 @@ impl BreedInputs {
 
     /// Makes the children in parallel. A draw depends on its slot alone, so the result does not
     /// depend on the number of threads.
-    fn children(&self) -> Vec<Newborn> {
+    fn children(&self, progress: Option<&Progress>) -> Vec<Newborn> {
         let request = BroodRequest {
             variation: self.variation(),
             count: self.count,
@@ -117,7 +118,12 @@ impl BreedInputs {
                 settle_brood(&request, slots.map(|slot| request.draw(slot)).collect())
             }
         };
-        express_brood(children).into_iter().map(Newborn::from).collect()
+        let express = |child| {
+            let newborn = Newborn::from(express_child(child));
+            progress.inspect(|progress| progress.step());
+            newborn
+        };
+        children.into_par_iter().map(express).collect()
     }
 }
 
@@ -229,8 +235,12 @@ impl Breeding {
         }
         timing.end("read");
         // Large broods do not keep others waiting.
-        let queue = if count > LARGE_BROOD { Queue::Batch } else { Queue::Interactive };
-        let children = self.processors.run_from(queue, move || inputs.children()).await?;
+        let progress = Progress::current();
+        let is_long = count > LARGE_BROOD || progress.is_some();
+        let queue = if is_long { Queue::Batch } else { Queue::Interactive };
+        Progress::expect(count as usize);
+        let make = move || inputs.children(progress.as_deref());
+        let children = self.processors.run_from(queue, make).await?;
         self.seconds.record(timing.end("make").as_secs_f64());
         let centre = parents.into_iter().next().and_then(Parent::centre);
         Ok(Brood { framed, seed, parents: refs, centre, operator, options, children, step: None })

@@ -26,6 +26,7 @@ mod config;
 mod connection;
 mod control_image;
 mod controller;
+mod deferred;
 mod dispatch;
 mod error;
 mod event;

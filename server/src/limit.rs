@@ -136,6 +136,18 @@ pub const IDLE: Duration = Duration::from_secs(30);
 pub const LINGER: Duration = Duration::from_secs(2);
 /// Longest wait of a GET.
 pub const WAIT: Duration = Duration::from_secs(20);
+/// Longest wait of a request whose answer is deferred.
+pub const DEFERRED: Duration = Duration::from_secs(3600);
+/// Most requests whose answers are deferred at the same time.
+pub const DEFERRED_REQUESTS: usize = 64;
+/// Most of these of one client.
+pub const CLIENT_DEFERRED: usize = 16;
+/// Most bytes of all deferred answers.
+pub const DEFERRED_BYTES: usize = 64 << 20;
+/// Most deferred answers that are kept.
+pub const DEFERRED_KEPT: usize = 1000;
+/// Time for which a deferred answer is kept.
+pub const DEFERRED_TTL: Duration = Duration::from_secs(600);
 /// Time to live of a lease without renewal.
 pub const LEASE: Duration = Duration::from_secs(20);
 /// Time to live of the lease of an interactive render job, for which a person waits.
@@ -146,15 +158,6 @@ pub const BATCH_LEASE: Duration = Duration::from_secs(5);
 pub const LEASE_WAIT: Duration = Duration::from_secs(20);
 /// Time for running requests at shutdown.
 pub const DRAIN: Duration = Duration::from_secs(10);
-
-/// Returns the result of `work`.
-///
-/// # Errors
-/// 503 if it takes longer than [`WAIT`].
-pub async fn in_time<T>(work: impl Future<Output = Result<T, ApiError>>) -> Result<T, ApiError> {
-    let done = tokio::time::timeout(WAIT, work).await;
-    done.map_err(|_| ApiError::not_yet("retry in a moment"))?
-}
 
 /// Parses a query's `size`: the side of a picture in pixels, or width and height as in `640x360`.
 ///
@@ -235,6 +238,11 @@ pub fn report() -> BTreeMap<String, u64> {
         ("body_seconds", seconds(BODY)),
         ("idle_seconds", seconds(IDLE)),
         ("wait_seconds", seconds(WAIT)),
+        ("deferred_seconds", seconds(DEFERRED)),
+        ("deferred_requests", DEFERRED_REQUESTS as u64),
+        ("client_deferred_requests", CLIENT_DEFERRED as u64),
+        ("deferred_bytes", DEFERRED_BYTES as u64),
+        ("deferred_kept_seconds", seconds(DEFERRED_TTL)),
         ("lease_seconds", seconds(LEASE)),
         ("interactive_lease_seconds", seconds(INTERACTIVE_LEASE)),
         ("batch_lease_seconds", seconds(BATCH_LEASE)),

@@ -8,7 +8,7 @@ use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
 use utoipa_swagger_ui::SwaggerUi;
 
-use self::document::finish;
+use self::document::{describe_deferring, finish};
 use crate::controller::{
     angles, archive, circle, comparison, develop, event, export, generation, genome, geometry,
     individual, inspection, job, lease, light_asset, lineage, lineage_file, mesh, model, operation,
@@ -21,7 +21,10 @@ use crate::state::App;
 
 /// Returns all routes inside their layers.
 pub fn router(app: App) -> Router {
-    let (router, openapi) = documented().split_for_parts();
+    let (router, mut openapi) = documented().split_for_parts();
+    let (long, long_openapi) = deferrable().split_for_parts();
+    let router = router.merge(layer::defer_answers(long, &app));
+    openapi.merge(long_openapi);
     let router = layer::check_queries(router, &openapi);
     let docs = SwaggerUi::new("/docs").url("/openapi.json", finish(openapi));
     let router = router
@@ -37,7 +40,9 @@ pub fn router(app: App) -> Router {
 /// Returns the OpenAPI document of the routes, as committed in `openapi.json`.
 #[must_use]
 pub fn openapi() -> OpenApi {
-    finish(documented().split_for_parts().1)
+    let mut openapi = documented().into_openapi();
+    openapi.merge(deferrable().into_openapi());
+    finish(openapi)
 }
 
 async fn missing() -> ApiError {
@@ -59,29 +64,18 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(lineage::get, lineage::patch, lineage::delete))
         .routes(routes!(lineage_file::export))
         .routes(routes!(lineage_file::import))
-        .routes(routes!(generation::breed, generation::list))
+        .routes(routes!(generation::list))
         .routes(routes!(generation::outlines))
         .routes(routes!(preset::list))
-        .routes(routes!(generation::adopt))
         .routes(routes!(event::stream_events))
         .routes(routes!(generation::get))
         .routes(routes!(palette::read))
-        .routes(routes!(sheet::generation))
-        .routes(routes!(sheet::individuals))
         .routes(routes!(individual::list))
         .routes(routes!(individual::get, individual::patch))
         .routes(routes!(individual::ancestry))
         .routes(routes!(individual::descendants))
-        .routes(routes!(render::png))
-        .routes(routes!(render::exr))
-        .routes(routes!(render::posted::png))
         .routes(routes!(spheres::get))
         .routes(routes!(spheres::post))
-        .routes(routes!(circle::animation))
-        .routes(routes!(circle::strip))
-        .routes(routes!(circle::sheet))
-        .routes(routes!(comparison::get))
-        .routes(routes!(comparison::difference))
         .routes(routes!(inspection::get))
         .routes(routes!(inspection::slice))
         .routes(routes!(thumbnail::get))
@@ -113,10 +107,10 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(target_picture::scene))
         .routes(routes!(target_picture::pixels))
         .routes(routes!(target_picture::mask))
-        .routes(routes!(target_picture::render))
         .routes(routes!(develop::png))
         .routes(routes!(search::create, search::list))
         .routes(routes!(job::get))
+        .routes(routes!(job::answer))
         .routes(routes!(search::pause))
         .routes(routes!(search::resume))
         .routes(routes!(search::cancel))
@@ -140,6 +134,26 @@ fn documented() -> OpenApiRouter<App> {
         .routes(routes!(lease::render::release))
         .routes(routes!(lease::download::mesh))
         .routes(routes!(lease::download::light_asset))
+}
+
+/// Routes that may take long: their answers can be deferred.
+fn deferrable() -> OpenApiRouter<App> {
+    let mut router = OpenApiRouter::new()
+        .routes(routes!(generation::breed))
+        .routes(routes!(generation::adopt))
+        .routes(routes!(sheet::generation))
+        .routes(routes!(sheet::individuals))
+        .routes(routes!(render::png))
+        .routes(routes!(render::exr))
+        .routes(routes!(render::posted::png))
+        .routes(routes!(circle::animation))
+        .routes(routes!(circle::strip))
+        .routes(routes!(circle::sheet))
+        .routes(routes!(comparison::get))
+        .routes(routes!(comparison::difference))
+        .routes(routes!(target_picture::render));
+    describe_deferring(router.get_openapi_mut());
+    router
 }
 
 fn info() -> utoipa::openapi::Info {
@@ -282,6 +296,7 @@ mod tests {
         assert_eq!(kind("SearchAnswer"), serde_json::json!(["fit"]));
         assert_eq!(kind("JobAnswer"), serde_json::json!(["render"]));
         assert_eq!(kind("ExportAnswer"), serde_json::json!(["export"]));
+        assert_eq!(kind("DeferredAnswer"), serde_json::json!(["answer"]));
     }
 
     #[test]

@@ -18,6 +18,7 @@ use crate::access::Access;
 use crate::breeding::Breeding;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
+use crate::deferred::Deferred;
 use crate::dispatch::{
     Exports, History, Jobs, Lane, LeaseEnd, PictureService, RenderQueue, Searches, Workers,
     end_leases,
@@ -141,6 +142,7 @@ impl Server {
             space: tokio::sync::Mutex::new(()),
             most_bytes: limit::EXPORTS_BYTES,
         });
+        let deferred = Arc::new(Deferred::new(pictures.clone(), events.clone()));
         let app = Arc::new(AppState {
             access: Access::new(loopback)?,
             hosts,
@@ -151,6 +153,7 @@ impl Server {
             pictures,
             searches,
             exports,
+            deferred,
             workers: Workers::default(),
             connections: OpenConnections::new(limit::CONNECTIONS, limit::WORKER_CONNECTIONS),
             events,
@@ -319,6 +322,7 @@ async fn run_maintenance(app: App) {
             }
             _ = tidy.tick() => {
                 app.events.sweep();
+                app.deferred.sweep();
                 app.metrics.upkeep();
             }
             _ = prune.tick() => {

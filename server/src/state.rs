@@ -10,6 +10,7 @@ use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
 use crate::breeding::Breeding;
+use crate::deferred::Deferred;
 use crate::dispatch::{Exports, PictureService, Searches, Workers};
 use crate::event::Events;
 use crate::host_name::HostNames;
@@ -42,6 +43,8 @@ pub struct AppState {
     pub searches: Arc<Searches>,
     /// Exports that are made as jobs.
     pub exports: Arc<Exports>,
+    /// Answers that were not ready when their clients were answered.
+    pub deferred: Arc<Deferred>,
     /// Workers heard from recently.
     pub workers: Workers,
     /// Open connections.

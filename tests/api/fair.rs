@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use tokio::time::{sleep, timeout};
 
 /// Number of render jobs in a queue and state.
-async fn jobs(server: &TestServer, queue: &str, state: &str) -> u64 {
+pub async fn jobs(server: &TestServer, queue: &str, state: &str) -> u64 {
     let text = server.get("/metrics").await.expect(200).text();
     let line = format!("brood_jobs{{queue=\"{queue}\",state=\"{state}\"}} ");
     let value = text.lines().find_map(|text| text.strip_prefix(&line)).unwrap();

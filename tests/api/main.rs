@@ -15,6 +15,7 @@ mod circle;
 mod command_line;
 mod comparison;
 mod control_image;
+mod deferred;
 mod develop;
 mod edit;
 mod energy;

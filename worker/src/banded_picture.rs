@@ -72,8 +72,9 @@ pub(crate) fn banded_images<T: Send>(
     let lit = shot.lit_area();
     let mut parts: Vec<Vec<RadianceImage>> = programs.iter().map(|_| Vec::new()).collect();
     let (mut lone, mut samples) = (Vec::new(), 0);
-    for band in bands(lit, lobes) {
-        caches.check()?;
+    let count = bands(lit, lobes).count() as f32;
+    for (number, band) in bands(lit, lobes).enumerate() {
+        caches.check_at(number as f32 / count)?;
         let raster = Raster { size_px, sampling: Sampling::Adaptive, area: band };
         let set = caches.counters.timed(
             || view.render_direct(raster, lobes),

@@ -13,10 +13,10 @@ use brood_scene::{
     LobeTable, PictureSize, PixelArea, PrefilteredLight, SampleSet, Sampling, SphereLayout,
 };
 use moka::sync::Cache;
-use tokio_util::sync::CancellationToken;
 
 use crate::bounded_cache::BoundedCache;
 use crate::error::RenderError;
+use crate::job_control::JobControl;
 use crate::render_counters::RenderCounters;
 use crate::scene_view::{LoadedMesh, Raster, SceneView};
 
@@ -34,7 +34,7 @@ pub(crate) struct Caches {
     builtin: Cache<BuiltinMesh, Arc<LoadedMesh>>,
     entries: BoundedCache,
     pub(crate) counters: RenderCounters,
-    cancelled: Mutex<CancellationToken>,
+    control: Mutex<JobControl>,
 }
 
 impl Caches {
@@ -45,20 +45,25 @@ impl Caches {
             builtin: Cache::new(BuiltinMesh::ALL.len() as u64 + 2),
             entries,
             counters: RenderCounters::default(),
-            cancelled: Mutex::default(),
+            control: Mutex::default(),
         }
     }
 
-    /// Sets the token of the current job. Once it is cancelled, rendering ends with
-    /// [`RenderError::Cancelled`].
-    pub(crate) fn set_cancelled(&self, cancelled: CancellationToken) {
-        *self.cancelled.lock().unwrap_or_else(PoisonError::into_inner) = cancelled;
+    /// Sets the current job. Once it is cancelled, rendering ends with [`RenderError::Cancelled`].
+    pub(crate) fn set_control(&self, control: JobControl) {
+        *self.control.lock().unwrap_or_else(PoisonError::into_inner) = control;
     }
 
     /// Error if the current job is cancelled.
     pub(crate) fn check(&self) -> Result<(), RenderError> {
-        let cancelled = self.cancelled.lock().unwrap_or_else(PoisonError::into_inner);
-        if cancelled.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
+        self.check_at(0.0)
+    }
+
+    /// As [`Caches::check`]; also notes the share of the job that is rendered.
+    pub(crate) fn check_at(&self, share: f32) -> Result<(), RenderError> {
+        let control = self.control.lock().unwrap_or_else(PoisonError::into_inner);
+        control.note(share);
+        if control.cancelled.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
     }
 
     pub(crate) fn builtin(&self, name: BuiltinMesh) -> Arc<LoadedMesh> {

@@ -63,7 +63,7 @@ impl JobKind for ExportContext {
         let ttl = Duration::from_millis(grant.ttl_ms.into());
         let ended = tokio::select! {
             ended = self.export(grant) => ended,
-            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
+            () = renew_lease::<Self, _>(ttl, || self.client.heartbeat(&ticket)) => Err(Interrupted::Stale),
             () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
         };
         let sent = match ended {

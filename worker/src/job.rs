@@ -5,13 +5,14 @@ use std::time::Duration;
 
 use brood_light::{AssetRef, LightAssets};
 use brood_protocol::{
-    ClientError, LeaseGrant, LeaseRequest, LeaseResults, LightAssetFile, MeshSource, Queue,
-    RenderJob, RenderOutcome, TargetSource, WorkerClient,
+    ClientError, LeaseGrant, LeaseRenewal, LeaseRequest, LeaseResults, LightAssetFile, MeshSource,
+    Queue, RenderJob, RenderOutcome, TargetSource, WorkerClient,
 };
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
 
 use crate::error::RenderError;
+use crate::job_control::JobControl;
 use crate::lease::{Interrupted, JobKind, RetryPolicy, renew_lease, send_with_retry};
 use crate::light_asset_cache::LightAssetCache;
 use crate::render_thread::RenderRequest;
@@ -59,9 +60,14 @@ impl JobKind for RenderContext {
         let LeaseGrant { ticket, job, ttl_ms, work } = grant;
         let ttl = Duration::from_millis(ttl_ms.into());
         let pictures = work.items.len();
+        let control = JobControl::default();
+        let renew = async || {
+            let progress = control.progress();
+            self.client.renew(&LeaseRenewal { ticket, progress }).await
+        };
         let outcome = tokio::select! {
-            outcome = self.render(work) => outcome,
-            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
+            outcome = self.render(work, control.clone()) => outcome,
+            () = renew_lease::<Self, _>(ttl, renew) => Err(Interrupted::Stale),
             () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
         };
         let outcome = match outcome {
@@ -88,7 +94,7 @@ impl JobKind for RenderContext {
         let submit = || self.client.results(&results);
         let sent = tokio::select! {
             sent = send_with_retry(policy, (job, "submit results"), &self.shutdown, submit) => sent,
-            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(ClientError::Stale),
+            () = renew_lease::<Self, _>(ttl, renew) => Err(ClientError::Stale),
         };
         match sent {
             Ok(()) => tracing::debug!(%job, pictures, "results submitted"),
@@ -103,7 +109,11 @@ impl JobKind for RenderContext {
 }
 
 impl RenderContext {
-    async fn render(&self, work: RenderJob) -> Result<RenderOutcome, Interrupted> {
+    async fn render(
+        &self,
+        work: RenderJob,
+        control: JobControl,
+    ) -> Result<RenderOutcome, Interrupted> {
         let mut targets = Vec::with_capacity(work.items.len());
         for item in &work.items {
             targets.push(match item.subject.target() {
@@ -120,11 +130,10 @@ impl RenderContext {
         let objects = self.objects(&work).await?;
         self.add_control_images(&work, &mut assets).await?;
         let (reply, done) = oneshot::channel();
-        let cancelled = CancellationToken::new();
         // Dropped with this future if the lease is lost.
-        let _cancel = cancelled.clone().drop_guard();
+        let _cancel = control.cancelled.clone().drop_guard();
         let closed = || Interrupted::Release("the render thread has ended".to_owned());
-        let request = RenderRequest { work, targets, mesh, objects, assets, cancelled, reply };
+        let request = RenderRequest { work, targets, mesh, objects, assets, control, reply };
         self.requests.send(request).await.map_err(|_| closed())?;
         done.await.map_err(|_| closed())
     }

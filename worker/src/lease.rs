@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use brood_protocol::{ClaimRequest, ClientError, JobId, Ticket, WorkerClient};
+use brood_protocol::{ClaimRequest, ClientError, JobId, WorkerClient};
 use tokio::sync::Semaphore;
 use tokio::task::JoinSet;
 use tokio::time::Instant;
@@ -152,16 +152,15 @@ async fn claim<K: JobKind>(
     }
 }
 
-/// Renews a lease of a kind of job periodically. Returns only if the lease is lost.
-pub(crate) async fn renew_lease<K: JobKind, T: Ticket>(
-    client: &WorkerClient,
-    ticket: &T,
-    ttl: Duration,
-) {
+/// Renews a lease of a kind of job periodically by `renew`. Returns only if the lease is lost.
+pub(crate) async fn renew_lease<K: JobKind, F>(ttl: Duration, mut renew: impl FnMut() -> F)
+where
+    F: Future<Output = Result<(), ClientError>>,
+{
     let period = K::HEARTBEAT.min(ttl / 4).max(Duration::from_millis(50));
     loop {
         tokio::time::sleep(period).await;
-        match client.heartbeat(ticket).await {
+        match renew().await {
             Ok(()) => {}
             Err(ClientError::Stale) => return,
             Err(ClientError::Status { status, .. }) if status.as_u16() == 404 => return,

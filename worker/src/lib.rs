@@ -38,6 +38,7 @@ mod gpu;
 mod gpu_benchmark;
 mod image_inputs;
 mod job;
+mod job_control;
 mod lease;
 mod light_asset_cache;
 mod lit_spheres;

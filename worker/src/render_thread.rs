@@ -15,9 +15,9 @@ use brood_protocol::{
     lower_thread_priority,
 };
 use tokio::sync::{mpsc, oneshot};
-use tokio_util::sync::CancellationToken;
 
 use crate::error::RenderError;
+use crate::job_control::JobControl;
 use crate::renderer::Renderer;
 use crate::scene_view::LoadedMesh;
 use crate::subject::LoadedSubject;
@@ -32,8 +32,7 @@ pub(crate) struct RenderRequest {
     /// Uploaded meshes of the scene's other objects.
     pub(crate) objects: Vec<Arc<LoadedMesh>>,
     pub(crate) assets: LightAssets,
-    /// Cancelled if the lease was lost.
-    pub(crate) cancelled: CancellationToken,
+    pub(crate) control: JobControl,
     /// Channel for the outcome; closed if the lease was lost.
     pub(crate) reply: oneshot::Sender<RenderOutcome>,
 }
@@ -67,8 +66,8 @@ pub(crate) fn start(
             if request.reply.is_closed() {
                 continue;
             }
-            let RenderRequest { work, targets, mesh, objects, assets, cancelled, reply } = request;
-            renderer.caches.set_cancelled(cancelled);
+            let RenderRequest { work, targets, mesh, objects, assets, control, reply } = request;
+            renderer.caches.set_control(control);
             renderer.set_light_assets(assets);
             renderer.set_object_meshes(objects);
             let outcome = pool.install(|| execute(&renderer, &work, targets, &mesh));

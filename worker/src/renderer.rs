@@ -404,8 +404,10 @@ impl Renderer {
         let batch = (BATCH_FLOATS / floats.max(1)).max(1);
         let mut out = std::mem::take(&mut *self.buffer());
         let mut done = Vec::with_capacity(programs.len());
+        // The set, the evaluation and the film count a third each.
+        let share = |half: usize| (1.0 + half as f32 / programs.len() as f32) / 3.0;
         for (number, programs) in programs.chunks(batch).enumerate() {
-            self.caches.check()?;
+            self.caches.check_at(share(2 * number * batch))?;
             let counters = &self.caches.counters;
             counters.timed(
                 || self.evaluators.eval(frame.backend, programs, set, &mut out),
@@ -420,7 +422,7 @@ impl Renderer {
                 .par_iter()
                 .enumerate()
                 .map(|(index, program)| {
-                    self.caches.check()?;
+                    self.caches.check_at(share(2 * number * batch + programs.len()))?;
                     let f = &out[index * floats..(index + 1) * floats];
                     let (caches, evaluators) = (&self.caches, &*self.evaluators);
                     let tiles = &tiles;

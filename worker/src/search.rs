@@ -91,7 +91,7 @@ impl JobKind for SearchContext {
         let stop = Arc::new(AtomicBool::new(false));
         let ended = tokio::select! {
             ended = self.search(grant, &stop) => ended,
-            () = renew_lease::<Self, _>(&self.client, &ticket, ttl) => Err(Interrupted::Stale),
+            () = renew_lease::<Self, _>(ttl, || self.client.heartbeat(&ticket)) => Err(Interrupted::Stale),
             () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
         };
         // A computation that is still running checks this flag after each generation.

@@ -48,17 +48,20 @@ pub fn express(genome: &Genome) -> Program {
     if genome.is_limited() { limited(program) } else { program }
 }
 
-/// Expresses children: applies the energy limit to those that ask for it.
+/// Expresses children in parallel.
 #[must_use]
 pub fn express_brood(children: Vec<Child>) -> Vec<Child> {
-    let express = |child: Child| {
-        if !child.genome.is_limited() {
-            return child;
-        }
-        let program = limited(child.program);
-        Child { program_hash: program.hash(), program, ..child }
-    };
-    children.into_par_iter().map(express).collect()
+    children.into_par_iter().map(express_child).collect()
+}
+
+/// Expresses a child: applies the energy limit if its genome asks for it.
+#[must_use]
+pub fn express_child(child: Child) -> Child {
+    if !child.genome.is_limited() {
+        return child;
+    }
+    let program = limited(child.program);
+    Child { program_hash: program.hash(), program, ..child }
 }
 
 /// Returns the program under the energy limit. A program without a BRDF stays as it is.

@@ -51,7 +51,8 @@ pub use derivative::{Direction, NormalEquations, normal_equations};
 pub use energy::{
     ALBEDO_ORDER, ClimbStage, Effort, EnergyLimit, FLATTEST_COS, Incidence, LimitSearch, LobeRule,
     Quadrature, UNBOUNDED_COS, channel_albedos, channel_albedos_at, direction_at, direction_pair,
-    directional_albedo, energy_limit, express, express_brood, is_anisotropic, limited,
+    directional_albedo, energy_limit, express, express_brood, express_child, is_anisotropic,
+    limited,
 };
 pub use evaluator::{EvalError, EvalResult, Evaluator, Lowered};
 pub use film::{

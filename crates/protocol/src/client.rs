@@ -7,7 +7,7 @@ use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::lease::{
-    CONTENT_TYPE, LeaseResults, LeaseTicket, WireError, decode, decode_stored, encode,
+    CONTENT_TYPE, LeaseRenewal, LeaseResults, LeaseTicket, WireError, decode, decode_stored, encode,
 };
 use crate::{
     ClaimRequest, Directive, ExportReport, ExportTicket, LightAssetFile, SearchReport,
@@ -98,6 +98,15 @@ impl WorkerClient {
     pub async fn heartbeat<T: Ticket>(&self, ticket: &T) -> Result<(), ClientError> {
         let path = format!("{}/{}/heartbeat", T::ROUTE, ticket.key());
         self.send(Method::POST, &path, Some(ticket)).await.map(drop)
+    }
+
+    /// Renews the lease of a render job.
+    ///
+    /// # Errors
+    /// As for [`WorkerClient::heartbeat`].
+    pub async fn renew(&self, renewal: &LeaseRenewal) -> Result<(), ClientError> {
+        let path = format!("{}/{}/heartbeat", LeaseTicket::ROUTE, renewal.ticket.lease);
+        self.send(Method::POST, &path, Some(renewal)).await.map(drop)
     }
 
     /// Returns an unfinished job to its queue.

@@ -14,13 +14,13 @@ use crate::{
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version, in base 36.
-const MAGIC: &[u8; 8] = b"brood/a\n";
+const MAGIC: &[u8; 8] = b"brood/b\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/a")]
+    #[error("the message must begin with the protocol version brood/b")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
@@ -67,6 +67,15 @@ pub struct LeaseTicket {
     pub lease: LeaseId,
     /// Number of leases of the job so far.
     pub epoch: u64,
+}
+
+/// Renewal of the lease of a render job.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LeaseRenewal {
+    /// Ticket of the lease.
+    pub ticket: LeaseTicket,
+    /// Share of the job that is rendered, 0 to 1.
+    pub progress: f32,
 }
 
 /// Render job that is leased to a worker.

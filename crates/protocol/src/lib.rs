@@ -63,11 +63,11 @@ pub use id::{
 pub use individual::{
     Generation, GenerationOutline, Individual, IndividualDetail, PatchIndividual,
 };
-pub use job::{JobAnswer, JobStatus, JobTimes};
+pub use job::{DeferredAnswer, JobAnswer, JobStatus, JobTimes};
 pub use lease::{
-    CONTENT_TYPE, Frame, LeaseGrant, LeaseRequest, LeaseResults, LeaseTicket, MeshSource,
-    ObjectSource, PackedProgram, Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture,
-    WireError, WorkerReport, decode, decode_stored, encode,
+    CONTENT_TYPE, Frame, LeaseGrant, LeaseRenewal, LeaseRequest, LeaseResults, LeaseTicket,
+    MeshSource, ObjectSource, PackedProgram, Queue, RenderItem, RenderJob, RenderOutcome,
+    RenderedPicture, WireError, WorkerReport, decode, decode_stored, encode,
 };
 pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};

@@ -31,6 +31,13 @@ pub enum ExportKind {
     Export,
 }
 
+/// `kind` of a deferred answer.
+#[derive(ToSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AnswerKind {
+    Answer,
+}
+
 /// Scene, or the id of a stored scene.
 #[derive(ToSchema)]
 #[serde(untagged)]

@@ -5,7 +5,9 @@ use brood_scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use crate::schema::FitKind;
-use crate::{ExportAnswer, IndividualId, JobAnswer, JobId, LineageId, Seed, TargetId};
+use crate::{
+    DeferredAnswer, ExportAnswer, IndividualId, JobAnswer, JobId, LineageId, Seed, TargetId,
+};
 
 /// Body of `POST /v1/jobs`. Exactly one of `seconds`, `generations` and `evaluations` must be
 /// given.
@@ -227,7 +229,7 @@ pub struct SearchAnswer {
     pub ended_ms: Option<i64>,
 }
 
-/// Response of `GET /v1/jobs/{id}`: a search, an export or a render job.
+/// Response of `GET /v1/jobs/{id}`: a search, an export, a render job or a deferred answer.
 #[derive(Debug, Clone, PartialEq, Serialize, utoipa::ToSchema)]
 #[serde(untagged)]
 pub enum AnyJob {
@@ -237,6 +239,8 @@ pub enum AnyJob {
     Export(Box<ExportAnswer>),
     /// A render job.
     Render(Box<JobAnswer>),
+    /// A deferred answer.
+    Answer(Box<DeferredAnswer>),
 }
 
 /// Response of `GET /v1/jobs/{id}/front`.

@@ -19,10 +19,10 @@ use self::picture::{exposed, linear, row};
 pub use self::request::ComparisonQuery;
 use self::request::{ComparisonRequest, RequestedMaterial, specimen};
 use super::file::{FileHead, REVALIDATED};
+use crate::deferred::{Progress, in_time};
 use crate::dispatch::PictureRequest;
 use crate::extract::Query;
 use crate::library::{Framing, Optics};
-use crate::limit;
 use crate::picture::thumbnail_url;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -89,7 +89,7 @@ pub async fn get(
     let etag = request.etag();
     let head = FileHead { etag, content_type: "application/json", cache: REVALIDATED };
     let make = async {
-        let compared = limit::in_time(compare(&app, request)).await?;
+        let compared = in_time(compare(&app, request)).await?;
         Ok(serde_json::to_vec(&compared).expect("a comparison is plain data"))
     };
     head.made(&headers, make).await
@@ -123,6 +123,7 @@ pub async fn difference(
 
 async fn compare(app: &App, request: ComparisonRequest) -> Result<Comparison, ApiError> {
     let (scene, exposure_ev) = exposed(app, &request).await?;
+    Progress::expect(request.materials.len());
     let pictures = linear(app, &request, (scene, exposure_ev)).await?;
     let apart = move || -> Vec<(f64, f64)> {
         let (first, others) =

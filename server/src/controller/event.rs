@@ -1,4 +1,4 @@
-//! Event streams of lineages, searches and exports.
+//! Event streams of lineages, searches, exports and deferred answers.
 
 use std::convert::Infallible;
 use std::time::Duration;
@@ -39,7 +39,7 @@ pub async fn stream_events(
     stream_of(app, id.into(), &headers)
 }
 
-/// Streams the changes of a search or an export as server-sent events.
+/// Streams the changes of a search, an export or a deferred answer as server-sent events.
 ///
 /// Events: `state`, `progress`, `best` (of searches), `resync`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/events", tag = "jobs",
@@ -51,7 +51,9 @@ pub async fn stream_job_events(
     Path(id): Path<JobId>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
-    if matches!(app.store.search(id).await, Err(StorageError::NotFound)) {
+    if app.deferred.job(id).is_none()
+        && matches!(app.store.search(id).await, Err(StorageError::NotFound))
+    {
         app.store.export(id).await?;
     }
     stream_of(app, id.into(), &headers)

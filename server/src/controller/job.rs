@@ -1,7 +1,8 @@
-//! Jobs: state and cost of searches, exports and render jobs.
+//! Jobs: state and cost of searches, exports, render jobs and deferred answers.
 
 use axum::Json;
 use axum::extract::State;
+use axum::response::Response;
 use brood_protocol::{AnyJob, ExportAnswer, JobAnswer, JobId, JobStatus};
 use brood_storage::StorageError;
 
@@ -10,13 +11,16 @@ use crate::extract::Path;
 use crate::problem::ApiError;
 use crate::state::App;
 
-/// Returns a job: a search, an export, or a render job of a brood's pictures.
+/// Returns a job: a search, an export, a deferred answer, or a render job of a brood's pictures.
 ///
-/// Finished render jobs are kept for a limited time; no render job outlives a restart.
+/// Finished render jobs and deferred answers are kept for a limited time; none outlives a restart.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs",
     params(("id" = JobId, Path)),
-    responses((status = 200, description = "search, export or render job", body = AnyJob)))]
+    responses((status = 200, description = "search, export, deferred answer or render job", body = AnyJob)))]
 pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<AnyJob>, ApiError> {
+    if let Some(answer) = app.deferred.job(id) {
+        return Ok(Json(AnyJob::Answer(Box::new(answer))));
+    }
     match app.store.search(id).await {
         Ok(search) => {
             let answer = super::search::present(&app, search).await?;
@@ -31,6 +35,15 @@ pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<A
         }
         Err(error) => Err(error.into()),
     }
+}
+
+/// Returns a deferred answer: status, headers and body as if the request had been waited for.
+#[utoipa::path(get, path = "/v1/jobs/{id}/answer", operation_id = "get_deferred_answer", tag = "jobs",
+    params(("id" = JobId, Path)),
+    responses((status = "2XX", description = "answer of the request"), (status = 304)))]
+pub async fn answer(State(app): State<App>, Path(id): Path<JobId>) -> Result<Response, ApiError> {
+    let words = "there is no deferred answer with this id, or it has expired";
+    app.deferred.answer(id).unwrap_or_else(|| Err(ApiError::not_found(words)))
 }
 
 async fn export(app: &App, id: JobId) -> Result<Option<ExportAnswer>, ApiError> {

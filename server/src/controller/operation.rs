@@ -70,6 +70,7 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     for (state, exports) in app.store.export_counts().await? {
         app.metrics.gauge("brood_exports", &[("state", state)], exports as f64);
     }
+    app.metrics.gauge("brood_deferred_requests", &[], app.deferred.running() as f64);
     let (in_flight, memory_bytes) = app.pictures.cache.size();
     let (disk_bytes, pictures) = app.pictures.cache.disk().size();
     let (connections, of_workers) = app.connections.counts();

@@ -118,15 +118,19 @@ pub async fn resume(
     change(&app, id, key, SearchChange::Resume).await
 }
 
-/// Cancels a search, whose best result so far is kept, or an export, whose files are deleted.
+/// Cancels a search, whose best result so far is kept, an export, whose files are deleted, or a
+/// deferred answer.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs",
     params(("id" = JobId, Path), IdempotencyKey),
-    responses((status = 200, description = "search or export after the change", body = AnyJob)))]
+    responses((status = 200, description = "job after the change", body = AnyJob)))]
 pub async fn cancel(
     State(app): State<App>,
     Path(id): Path<JobId>,
     key: IdempotencyKey,
 ) -> Result<Response, ApiError> {
+    if let Some(cancelled) = app.deferred.cancel(id) {
+        return Ok(Json(cancelled?).into_response());
+    }
     if app.store.export(id).await.is_ok() {
         let attempt = match app.ledger.begin(&app.store, key, b"").await? {
             Begun::Replay(answer) => return Ok(Json(answer).into_response()),

@@ -13,9 +13,9 @@ use super::kind::{Jobs, Lane};
 use super::render_queue::{QueueFull, RenderQueue};
 use super::request::{FrameId, PictureRequest, queue_for, render_work};
 use crate::client::Client;
+use crate::deferred::{Progress, longest_wait};
 use crate::event::Events;
 use crate::library::Library;
-use crate::limit;
 use crate::metric::Metrics;
 use crate::picture::{Coalescer, Failure, Lookup, PictureCache, thumbnail_url};
 use crate::problem::ApiError;
@@ -55,7 +55,7 @@ pub struct PictureService {
 }
 
 impl PictureService {
-    /// Returns a picture, rendered if necessary; waits at most [`limit::WAIT`].
+    /// Returns a picture, rendered if necessary; waits at most [`longest_wait`].
     ///
     /// # Errors
     /// As [`PictureService::get_from`].
@@ -67,7 +67,7 @@ impl PictureService {
     }
 
     /// As [`PictureService::get`]; renders it by a job of this queue. A picture that is too large
-    /// for an interactive job is rendered by a batch job in any case.
+    /// for an interactive job, or of a deferred answer, is rendered by a batch job in any case.
     ///
     /// # Errors
     /// 422 if the material cannot be drawn in the scene; 503 if the server is busy, stopping or too
@@ -79,6 +79,8 @@ impl PictureService {
     ) -> Result<Bytes, ApiError> {
         let request = request.into();
         let key = request.key();
+        let part = Progress::current().map(|progress| progress.begin(key));
+        let queue = if part.is_some() { Queue::Batch } else { queue };
         let mut waiter = match self.cache.subscribe(key) {
             Lookup::Cached(bytes) => {
                 self.metrics.served.increment(1);
@@ -100,7 +102,7 @@ impl PictureService {
                 Ok(outcome) => outcome.clone(),
                 Err(_) => None,
             },
-            () = tokio::time::sleep(limit::WAIT) => {
+            () = tokio::time::sleep(longest_wait()) => {
                 self.cache.keep_wanted(key, KEPT_WANTED);
                 return Err(ApiError::not_yet("retry in a moment"));
             }

@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{
-    JobId, JobTimes, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, PictureFormat, PictureKey,
-    Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture,
+    JobId, JobTimes, LeaseGrant, LeaseId, LeaseRenewal, LeaseResults, LeaseTicket, PictureFormat,
+    PictureKey, Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture,
 };
 use brood_scene::PixelArea;
 use brood_storage::StorageError;
@@ -141,16 +141,18 @@ impl PictureService {
         PendingGrant::new(self, ticket, LeaseGrant { ticket, job: id, ttl_ms, work })
     }
 
-    /// Renews a lease. Ends it and its job if no client waits for any of its pictures: the worker
+    /// Renews a lease, and notes the job's progress. Ends it and its job if no client waits for any of its pictures: the worker
     /// then stops rendering.
     ///
     /// # Errors
     /// 409 if the lease is not valid any more.
-    pub async fn renew(&self, ticket: &LeaseTicket) -> Result<Renewed, ApiError> {
+    pub async fn renew(&self, renewal: &LeaseRenewal) -> Result<Renewed, ApiError> {
+        let LeaseRenewal { ticket, progress } = renewal;
         let renewed = renew_lease(self, ticket)?;
         let read = |lease: &LeaseOf<Self>| keys(&lease.payload.job).collect::<Vec<_>>();
-        let keys = self.jobs.leases.read(ticket, read);
-        if keys.is_some_and(|keys| self.cache.end_if_abandoned(&keys))
+        let Some(keys) = self.jobs.leases.read(ticket, read) else { return Ok(renewed) };
+        self.cache.note_progress(&keys, *progress);
+        if self.cache.end_if_abandoned(&keys)
             && let Some(lease) = self.jobs.leases.end(ticket)
         {
             let job = lease.payload.job.id;

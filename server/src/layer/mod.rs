@@ -1,11 +1,13 @@
 //! Layers around every request, one concern per file. From the outside in: compression, [`finish`]
 //! (id, span, metrics, problem bodies, security headers), panics, [`host`], [`origin`], [`gate`]
-//! (access and shutdown). [`query`] is around the documented routes only.
+//! (access and shutdown). [`query`] is around the documented routes only, [`prefer`] around those that
+//! take long.
 
 mod finish;
 mod gate;
 mod host;
 mod origin;
+mod prefer;
 mod query;
 mod watch;
 
@@ -50,6 +52,11 @@ pub fn check_queries<S: Clone + Send + Sync + 'static>(
     openapi: &OpenApi,
 ) -> Router<S> {
     router.route_layer(from_fn_with_state(QueryRoutes::of(openapi), query::check))
+}
+
+/// Wraps routes whose answers can be deferred.
+pub fn defer_answers(router: Router<App>, app: &App) -> Router<App> {
+    router.route_layer(from_fn_with_state(app.clone(), prefer::defer))
 }
 
 /// Wraps the routes in the layers.

@@ -50,6 +50,8 @@ struct InFlight {
     /// Time until which it is wanted though no request waits for it: always for the pictures of a
     /// brood, and for a while after a request was answered that it should be repeated.
     wanted: Wanted,
+    /// Share that is rendered, 0 to 1.
+    progress: f32,
 }
 
 /// Time until which a picture is wanted without a request.
@@ -61,7 +63,7 @@ enum Wanted {
 
 impl InFlight {
     fn new(wanted: Wanted) -> Self {
-        Self { result: watch::Sender::new(None), wanted }
+        Self { result: watch::Sender::new(None), wanted, progress: 0.0 }
     }
 
     fn is_abandoned(&self) -> bool {
@@ -182,6 +184,21 @@ impl PictureCache {
         {
             *until = (*until).max(Instant::now() + time);
         }
+    }
+
+    /// Notes the share of renders in flight that is done, 0 to 1.
+    pub fn note_progress(&self, keys: &[PictureKey], progress: f32) {
+        let mut in_flight = self.lock();
+        for key in keys {
+            if let Some(render) = in_flight.get_mut(key) {
+                render.progress = progress;
+            }
+        }
+    }
+
+    /// Returns the share of a render in flight that is done; 0 if there is none.
+    pub fn progress(&self, key: PictureKey) -> f32 {
+        self.lock().get(&key).map_or(0.0, |render| render.progress)
     }
 
     /// Ends renders in flight if no client waits for any of them any more; false if one is wanted.

@@ -4,16 +4,20 @@
 //! bodies that are files, from which generators of clients choose bytes or text. Does not know any
 //! route.
 
-use brood_protocol::{Backend, BreedOptions, LeaseId, Problem, SearchLine};
-use utoipa::openapi::path::Operation;
+use brood_protocol::{Backend, BreedOptions, DeferredAnswer, LeaseId, Problem, SearchLine};
+use utoipa::openapi::header::HeaderBuilder;
+use utoipa::openapi::path::{Operation, ParameterBuilder, ParameterIn};
 use utoipa::openapi::schema::{ArrayItems, KnownFormat, SchemaFormat, Type};
 use utoipa::openapi::{
-    Components, Content, ContentBuilder, ObjectBuilder, OpenApi, Ref, RefOr, Response,
+    Components, Content, ContentBuilder, ObjectBuilder, OpenApi, Ref, RefOr, Required, Response,
     ResponseBuilder, Schema,
 };
 use utoipa::{PartialSchema, ToSchema};
 
 const UNCHANGED: &str = "unchanged since the ETag in `If-None-Match`";
+const PREFER: &str = "`respond-async`: an answer that is not ready within `wait` seconds (default 0.1, at \
+                      most 20) is deferred; as in `respond-async, wait=5`";
+const DEFERRED: &str = "deferred: the job says when the answer is ready";
 const REFUSED: &str = "The request is invalid or not allowed";
 const FAILED: &str = "The server failed or is busy";
 
@@ -26,12 +30,43 @@ pub fn finish(mut openapi: OpenApi) -> OpenApi {
     add::<SearchLine>(components);
     components.schemas.values_mut().for_each(inline_options);
     components.schemas.remove(BreedOptions::name().as_ref());
-    for item in openapi.paths.paths.values_mut() {
+    operations(&mut openapi).for_each(complete);
+    openapi
+}
+
+/// Describes `Prefer: respond-async` and its answer.
+pub fn describe_deferring(openapi: &mut OpenApi) {
+    let prefer = ParameterBuilder::new()
+        .name("Prefer")
+        .parameter_in(ParameterIn::Header)
+        .required(Required::False)
+        .description(Some(PREFER))
+        .schema(Some(ObjectBuilder::new().schema_type(Type::String)));
+    let prefer = prefer.build();
+    let schema = RefOr::Ref(Ref::from_schema_name(DeferredAnswer::name()));
+    let content = ContentBuilder::new().schema(Some(schema)).build();
+    let header = |words: &str| {
+        let text = ObjectBuilder::new().schema_type(Type::String).build();
+        HeaderBuilder::new().schema(Some(text)).description(Some(words)).build()
+    };
+    let deferred = ResponseBuilder::new()
+        .description(DEFERRED)
+        .content("application/json", content)
+        .header("Location", header("address of the job"))
+        .header("Preference-Applied", header("`respond-async`"))
+        .build();
+    for operation in operations(openapi) {
+        operation.parameters.get_or_insert_default().push(RefOr::T(prefer.clone()));
+        operation.responses.responses.insert("202".to_owned(), RefOr::T(deferred.clone()));
+    }
+}
+
+fn operations(openapi: &mut OpenApi) -> impl Iterator<Item = &mut Operation> {
+    openapi.paths.paths.values_mut().flat_map(|item| {
         let methods =
             [&mut item.get, &mut item.post, &mut item.patch, &mut item.delete, &mut item.put];
-        methods.into_iter().flatten().for_each(complete);
-    }
-    openapi
+        methods.into_iter().flatten()
+    })
 }
 
 /// Completes the bodies and responses of an operation, and adds its error responses.

@@ -2,7 +2,7 @@
 
 use axum::extract::State;
 use axum::response::Response;
-use brood_protocol::{LeaseGrant, LeaseId, LeaseRequest, LeaseResults, LeaseTicket};
+use brood_protocol::{LeaseGrant, LeaseId, LeaseRenewal, LeaseRequest, LeaseResults, LeaseTicket};
 use http::{HeaderMap, StatusCode};
 
 use super::{Held, Message, check_same, for_logs, granted, is_own, may_work};
@@ -33,16 +33,18 @@ pub async fn claim(
     Ok(granted(claim_lease(&app.pictures, &worker, queue, wait_ms).await?))
 }
 
-/// Renews a lease. 409 if no client waits for its pictures any more.
+/// Renews a lease, and reports the job's progress. 409 if no client waits for its pictures any more.
 #[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", operation_id = "renew_render_lease", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
     responses((status = 204, description = "lease renewed")))]
 pub async fn heartbeat(
     State(app): State<App>,
-    Held(ticket): Held<LeaseTicket>,
+    Path(id): Path<LeaseId>,
+    Message(renewal): Message<LeaseRenewal, { limit::JSON_BYTES }>,
 ) -> Result<StatusCode, ApiError> {
-    let renewed = app.pictures.renew(&ticket).await?;
+    check_same(id, &renewal.ticket)?;
+    let renewed = app.pictures.renew(&renewal).await?;
     app.workers.seen_again(&renewed.worker);
     Ok(StatusCode::NO_CONTENT)
 }
