@@ -15,8 +15,13 @@ export interface components {
             /** @description Names of presets. */
             presets?: string[];
         };
-        /** @description Response of `GET /v1/jobs/{id}`: a search, an export or a render job. */
-        AnyJob: components["schemas"]["SearchAnswer"] | components["schemas"]["ExportAnswer"] | components["schemas"]["JobAnswer"];
+        /**
+         * @description `kind` of a deferred answer.
+         * @enum {string}
+         */
+        AnswerKind: "answer";
+        /** @description Response of `GET /v1/jobs/{id}`: a search, an export, a render job or a deferred answer. */
+        AnyJob: components["schemas"]["SearchAnswer"] | components["schemas"]["ExportAnswer"] | components["schemas"]["JobAnswer"] | components["schemas"]["DeferredAnswer"];
         /**
          * @description Backdrop behind the object; without one, pictures are transparent there. Linear pictures stay
          *     transparent: their radiance is that of the object.
@@ -378,6 +383,52 @@ export interface components {
              * @description Angle of incidence, in degrees from the normal.
              */
             theta_deg: number;
+        };
+        /**
+         * @description Answer to a request with `Prefer: respond-async` that was not ready at once. It is kept in
+         *     memory for a limited time and is lost when the server restarts.
+         */
+        DeferredAnswer: {
+            /** @description Path of the answer, once it is ready. */
+            answer?: string | null;
+            /**
+             * Format: int64
+             * @description Time of the request, in milliseconds since 1970-01-01 UTC.
+             */
+            created_ms: number;
+            /**
+             * Format: int64
+             * @description Time of the end, in milliseconds since 1970-01-01 UTC.
+             */
+            ended_ms?: number | null;
+            /**
+             * Format: int64
+             * @description Time at which the answer is deleted, in milliseconds since 1970-01-01 UTC; earlier if later
+             *     answers need the space. Null until the job has ended.
+             */
+            expires_ms?: number | null;
+            /** @description Id of the job. */
+            id: components["schemas"]["JobId"];
+            /** @description Always `answer`. */
+            kind: components["schemas"]["AnswerKind"];
+            /** @description Method of the request. */
+            method: string;
+            /**
+             * Format: double
+             * @description Share of its pictures that are rendered, or of its children that are made, 0 to 1.
+             */
+            progress: number;
+            /** @description Reason of a failure. */
+            reason?: string | null;
+            /** @description Address of the request. */
+            request: string;
+            /** @description State of the job: `running`, `succeeded`, `failed` or `cancelled`. */
+            state: components["schemas"]["JobStatus"];
+            /**
+             * Format: int32
+             * @description Status of the answer, once it is ready: 4xx or 5xx if the job has failed.
+             */
+            status?: number | null;
         };
         /** @description Overrides of the lineage's dialect. The genomes of the children contain the result. */
         DialectConstraints: {
@@ -930,7 +981,7 @@ export interface components {
          */
         JobId: string;
         /**
-         * @description State of a render job or an export.
+         * @description State of a render job, an export or a deferred answer.
          * @enum {string}
          */
         JobStatus: "queued" | "running" | "succeeded" | "failed" | "cancelled";
@@ -2518,6 +2569,7 @@ export interface components {
     pathItems: never;
 }
 export type Adopt = components['schemas']['Adopt'];
+export type AnswerKind = components['schemas']['AnswerKind'];
 export type AnyJob = components['schemas']['AnyJob'];
 export type Backdrop = components['schemas']['Backdrop'];
 export type Backend = components['schemas']['Backend'];
@@ -2535,6 +2587,7 @@ export type CreateSearch = components['schemas']['CreateSearch'];
 export type Curation = components['schemas']['Curation'];
 export type Curve = components['schemas']['Curve'];
 export type CurvePoint = components['schemas']['CurvePoint'];
+export type DeferredAnswer = components['schemas']['DeferredAnswer'];
 export type DialectConstraints = components['schemas']['DialectConstraints'];
 export type Difference = components['schemas']['Difference'];
 export type Energy = components['schemas']['Energy'];

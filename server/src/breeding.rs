@@ -20,7 +20,7 @@ use rayon::prelude::*;
 pub use adopt::OPERATOR as ADOPT;
 pub use record::OPERATOR as FIT;
 
-use crate::deferred::Progress;
+use crate::deferred::AnswerProgress;
 use crate::library::{Framed, Framing, Library, Material};
 use crate::limit;
 use crate::problem::ApiError;
@@ -101,7 +101,7 @@ impl BreedInputs {
 
     /// Makes the children in parallel. A draw depends on its slot alone, so the result does not
     /// depend on the number of threads.
-    fn children(&self, progress: Option<&Progress>) -> Vec<Newborn> {
+    fn children(&self, progress: Option<&AnswerProgress>) -> Vec<Newborn> {
         let request = BroodRequest {
             variation: self.variation(),
             count: self.count,
@@ -235,10 +235,10 @@ impl Breeding {
         }
         timing.end("read");
         // Large broods do not keep others waiting.
-        let progress = Progress::current();
+        let progress = AnswerProgress::current();
         let is_long = count > LARGE_BROOD || progress.is_some();
         let queue = if is_long { Queue::Batch } else { Queue::Interactive };
-        Progress::expect(count as usize);
+        AnswerProgress::expect(count as usize);
         let make = move || inputs.children(progress.as_deref());
         let children = self.processors.run_from(queue, make).await?;
         self.seconds.record(timing.end("make").as_secs_f64());

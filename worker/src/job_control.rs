@@ -1,4 +1,4 @@
-//! What a running job and its lease tell each other: that the job is cancelled, and how far it is.
+//! Control of a running job: its cancellation by the lease, and its progress.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -17,7 +17,7 @@ pub(crate) struct JobControl {
 }
 
 impl JobControl {
-    /// Notes that this share of the job is rendered, 0 to 1. A smaller share than before is ignored.
+    /// Notes that this share of the job is rendered, 0 to 1. It never falls.
     pub(crate) fn note(&self, share: f32) {
         self.steps.fetch_max((share.clamp(0.0, 1.0) * STEPS) as u32, Ordering::Relaxed);
     }

@@ -36,6 +36,7 @@ from .record import Record
 from .retry import Retry
 from .scene import Asset, Mesh, MeshWarning, Scene
 from .search import (
+    DeferredAnswer,
     FoundMaterial,
     FoundView,
     MaterialSpread,
@@ -58,6 +59,7 @@ __all__ = [
     "BroodError",
     "Client",
     "Conflict",
+    "DeferredAnswer",
     "Event",
     "EventStream",
     "ExportFailed",

@@ -92,15 +92,15 @@ def search(search: Ref) -> Call[Search]:
     return Call("GET", path_of("jobs", id_of(search)), record_of(Search))
 
 
-def job(job: Ref) -> Call[Search | ExportJob | RenderJob]:
-    """Returns a job: a search, an export, or a job that renders the pictures of a brood."""
+def job(job: Ref) -> Call[Search | ExportJob | RenderJob | DeferredAnswer]:
+    """Returns a job: a search, an export, a deferred answer, or one that renders a brood's pictures."""
 
     def read(
         answer: httpx.Response, client: Sender | None
-    ) -> Search | ExportJob | RenderJob:
+    ) -> Search | ExportJob | RenderJob | DeferredAnswer:
         data = answer.json()
-        kinds: dict[str, type[Search | ExportJob | RenderJob]]
-        kinds = {"render": RenderJob, "export": ExportJob}
+        kinds: dict[str, type[Search | ExportJob | RenderJob | DeferredAnswer]]
+        kinds = {"render": RenderJob, "export": ExportJob, "answer": DeferredAnswer}
         return kinds.get(data.get("kind"), Search).of(data, client)
 
     return Call("GET", path_of("jobs", id_of(job)), read)
@@ -486,3 +486,34 @@ class RenderJob(Record):
     reason: str | None = None
     times: Mapping[str, int] | None = field(default=None, hash=False)
     work: Mapping[str, int] | None = field(default=None, hash=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DeferredAnswer(Record):
+    """Answer to a request with `Prefer: respond-async` that was not ready at once.
+
+    Attributes:
+        id: Id of the job.
+        state: `running`, `succeeded`, `failed` or `cancelled`.
+        progress: Share of its pictures or children that are made, 0 to 1.
+        method: Method of the request.
+        request: Address of the request.
+        created_ms: Time of the request, in milliseconds since 1970-01-01 UTC.
+        status: Status of the answer, once it is ready.
+        answer: Path of the answer, once it is ready; `Client.request` reads it.
+        reason: Reason of a failure.
+        ended_ms: Time of the end.
+        expires_ms: Time at which the answer is deleted.
+    """
+
+    id: str
+    state: str
+    progress: float
+    method: str
+    request: str
+    created_ms: int
+    status: int | None = None
+    answer: str | None = None
+    reason: str | None = None
+    ended_ms: int | None = None
+    expires_ms: int | None = None

@@ -43,6 +43,7 @@ SAMPLES: dict[str, Any] = {
 }
 SCHEMAS = {
     "Asset": "LightAssetAnswer",
+    "DeferredAnswer": "DeferredAnswer",
     "ExportFormat": "ExportFormat",
     "ExportJob": "ExportAnswer",
     "FoundMaterial": "FoundMaterial",
@@ -67,7 +68,7 @@ SCHEMAS = {
 # Left to `Client.request`: workers, the page, operations, and what other routes answer as well.
 LEFT_OUT = re.compile(
     r"^/v1/(leases|session|images/)|^/(healthz|metrics)|"
-    r"/(lit-angles|outlines|ray-ends|geometry|mean|difference.png)$|/views/.n./(mask|picture|scene).png$"
+    r"/(lit-angles|outlines|ray-ends|geometry|mean|difference.png|answer)$|/views/.n./(mask|picture|scene).png$"
 )
 
 

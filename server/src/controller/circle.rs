@@ -17,7 +17,7 @@ use serde::Deserialize;
 
 use super::file::{FileHead, REVALIDATED};
 use super::sheet as contact;
-use crate::deferred::{Progress, in_time};
+use crate::deferred::{AnswerProgress, in_time};
 use crate::dispatch::queue_for;
 use crate::extract::{Path, Query};
 use crate::library::Framing;
@@ -175,7 +175,7 @@ pub async fn sheet(
     let head = FileHead { etag, content_type: "image/apng", cache: REVALIDATED };
     let has_centre = centre.is_some();
     let compose = async {
-        Progress::expect(rows.iter().map(Vec::len).sum());
+        AnswerProgress::expect(rows.iter().map(Vec::len).sum());
         let mut frames = Vec::with_capacity(circle.frames as usize);
         let mut size = (0, 0);
         for frame in 0..circle.frames as usize {
@@ -280,7 +280,7 @@ async fn pictures(
     rows: Vec<Arc<StoredPicture>>,
     size_px: u32,
 ) -> Result<Vec<Vec<u8>>, ApiError> {
-    Progress::expect(rows.len());
+    AnswerProgress::expect(rows.len());
     let queue = queue_for(rows.len() as u64 * u64::from(size_px).pow(2));
     let pictures = rows.into_iter();
     let pictures = pictures.map(|row| async move { app.pictures.get_from(queue, &row).await });

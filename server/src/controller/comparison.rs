@@ -19,7 +19,7 @@ use self::picture::{exposed, linear, row};
 pub use self::request::ComparisonQuery;
 use self::request::{ComparisonRequest, RequestedMaterial, specimen};
 use super::file::{FileHead, REVALIDATED};
-use crate::deferred::{Progress, in_time};
+use crate::deferred::{AnswerProgress, in_time};
 use crate::dispatch::PictureRequest;
 use crate::extract::Query;
 use crate::library::{Framing, Optics};
@@ -123,7 +123,7 @@ pub async fn difference(
 
 async fn compare(app: &App, request: ComparisonRequest) -> Result<Comparison, ApiError> {
     let (scene, exposure_ev) = exposed(app, &request).await?;
-    Progress::expect(request.materials.len());
+    AnswerProgress::expect(request.materials.len());
     let pictures = linear(app, &request, (scene, exposure_ev)).await?;
     let apart = move || -> Vec<(f64, f64)> {
         let (first, others) =

@@ -13,7 +13,7 @@ use serde::Deserialize;
 
 use super::file::{FileHead, REVALIDATED};
 use super::picture_query::check_light;
-use crate::deferred::{Progress, in_time};
+use crate::deferred::{AnswerProgress, in_time};
 use crate::dispatch::queue_for;
 use crate::extract::{Path, Query};
 use crate::library::Framing;
@@ -140,7 +140,7 @@ async fn compose(
     let head = FileHead { etag, content_type: "image/png", cache: REVALIDATED };
     let has_centre = centre.is_some();
     let make = async {
-        Progress::expect(rows.len());
+        AnswerProgress::expect(rows.len());
         let small = collect(app, rows, has_centre.then(|| centre_px(cell_px, gap_px)), cell_px);
         let small = in_time(small).await?;
         app.processors.run(move || draw(small, has_centre, cell_px, gap_px)).await

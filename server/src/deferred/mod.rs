@@ -4,5 +4,5 @@
 mod progress;
 mod table;
 
-pub use progress::{Progress, in_time, longest_wait};
+pub use progress::{AnswerProgress, in_time, longest_wait};
 pub use table::{Deferred, RequestOutline};

@@ -1,7 +1,7 @@
 //! Progress of a request whose answer is deferred, and the time that such a request may take.
 //!
-//! The task that handles the request finds its progress by [`Progress::current`]. Tasks and threads
-//! that it starts have none unless it is handed to them.
+//! The task that handles the request finds its progress by [`AnswerProgress::current`]. Tasks and
+//! threads that it starts have none unless it is handed to them.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
@@ -12,12 +12,12 @@ use crate::limit;
 use crate::problem::ApiError;
 
 tokio::task_local! {
-    static PROGRESS: Arc<Progress>;
+    static PROGRESS: Arc<AnswerProgress>;
 }
 
 /// Progress of a request: the parts of its answer, pictures or children, that are ready.
 #[derive(Debug, Default)]
-pub struct Progress {
+pub struct AnswerProgress {
     parts: Mutex<Parts>,
 }
 
@@ -34,7 +34,7 @@ struct Parts {
 
 /// Picture that a request waits for; it counts as ready when this is dropped.
 pub struct Part {
-    progress: Arc<Progress>,
+    progress: Arc<AnswerProgress>,
     key: PictureKey,
 }
 
@@ -48,7 +48,7 @@ impl Drop for Part {
     }
 }
 
-impl Progress {
+impl AnswerProgress {
     /// Returns the progress of the request that this task handles; `None` unless its answer is
     /// deferred.
     pub fn current() -> Option<Arc<Self>> {
@@ -102,7 +102,7 @@ impl Progress {
 
 /// Returns the longest time that the request of this task may take.
 pub fn longest_wait() -> Duration {
-    if Progress::current().is_some() { limit::DEFERRED } else { limit::WAIT }
+    if AnswerProgress::current().is_some() { limit::DEFERRED } else { limit::WAIT }
 }
 
 /// Returns the result of `work`.
@@ -120,16 +120,16 @@ mod tests {
 
     #[tokio::test]
     async fn share_counts_ready_parts_and_what_is_rendered_of_others() {
-        assert!(Progress::current().is_none());
-        Progress::expect(7);
+        assert!(AnswerProgress::current().is_none());
+        AnswerProgress::expect(7);
         assert_eq!(longest_wait(), limit::WAIT);
-        let progress = Arc::new(Progress::default());
+        let progress = Arc::new(AnswerProgress::default());
         let half = |_| 0.5;
         assert_eq!(progress.share(half), 0.0);
         let requested = async {
-            Progress::expect(4);
+            AnswerProgress::expect(4);
             assert_eq!(longest_wait(), limit::DEFERRED);
-            let progress = Progress::current().unwrap();
+            let progress = AnswerProgress::current().unwrap();
             let first = progress.begin(PictureKey([1; 32]));
             let second = progress.begin(PictureKey([2; 32]));
             assert_eq!(progress.share(half), 0.25);

@@ -12,7 +12,7 @@ use http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use serde_json::json;
 use tokio::task::{AbortHandle, JoinError, JoinHandle};
 
-use super::progress::Progress;
+use super::progress::AnswerProgress;
 use crate::client::Client;
 use crate::clock::now_ms;
 use crate::dispatch::PictureService;
@@ -44,14 +44,14 @@ pub struct RequestOutline {
 struct Job {
     request: RequestOutline,
     created_ms: i64,
-    progress: Arc<Progress>,
+    progress: Arc<AnswerProgress>,
     state: State,
 }
 
 enum State {
     Running(AbortHandle),
     Cancelled { at_ms: i64 },
-    Answered { at_ms: i64, answer: Kept },
+    Answered { at_ms: i64, answer: Box<Kept> },
 }
 
 /// Answer of a request.
@@ -146,7 +146,7 @@ impl Deferred {
     pub fn keep(
         self: &Arc<Self>,
         request: RequestOutline,
-        progress: Arc<Progress>,
+        progress: Arc<AnswerProgress>,
         task: JoinHandle<Response>,
     ) -> Result<DeferredAnswer, ApiError> {
         let id = JobId::fresh();
@@ -169,7 +169,12 @@ impl Deferred {
     }
 
     /// Publishes the progress of a request until it is answered, then keeps its answer.
-    async fn follow(&self, id: JobId, progress: Arc<Progress>, mut task: JoinHandle<Response>) {
+    async fn follow(
+        &self,
+        id: JobId,
+        progress: Arc<AnswerProgress>,
+        mut task: JoinHandle<Response>,
+    ) {
         let (mut published, mut tick) = (0.0, tokio::time::interval(TICK));
         let response = loop {
             tokio::select! {
@@ -189,7 +194,7 @@ impl Deferred {
             Err(error) if error.is_cancelled() => return,
             Err(error) => Kept::of(panicked(&error).into_response()).await,
         };
-        self.end(id, State::Answered { at_ms: now_ms(), answer });
+        self.end(id, State::Answered { at_ms: now_ms(), answer: Box::new(answer) });
     }
 
     /// Ends a running job. Returns false if there is none with this id.
@@ -214,7 +219,7 @@ impl Deferred {
         let job = jobs.get(&id)?;
         let (state, ended_ms) = (job.status(), job.state.ended_ms());
         let answer = match &job.state {
-            State::Answered { answer, .. } => Some(answer),
+            State::Answered { answer, .. } => Some(&**answer),
             State::Running(_) | State::Cancelled { .. } => None,
         };
         let ttl = i64::try_from(limit::DEFERRED_TTL.as_millis()).unwrap_or(i64::MAX);
@@ -243,7 +248,7 @@ impl Deferred {
         let jobs = self.lock();
         let job = jobs.get(&id)?;
         Some(match &job.state {
-            State::Answered { answer, .. } => Ok(answer.clone().into_response()),
+            State::Answered { answer, .. } => Ok(Kept::clone(answer).into_response()),
             State::Running(_) | State::Cancelled { .. } => {
                 let state = job.status().name();
                 Err(ApiError::conflict(format!("there is no answer: the job is {state}")))
@@ -290,7 +295,7 @@ impl Deferred {
         self.lock().retain(|_, job| job.state.ended_ms().is_none_or(|ended| ended >= oldest));
     }
 
-    fn share(&self, progress: &Progress) -> f64 {
+    fn share(&self, progress: &AnswerProgress) -> f64 {
         progress.share(|key| self.pictures.cache.progress(key))
     }
 

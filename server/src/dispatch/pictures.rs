@@ -13,7 +13,7 @@ use super::kind::{Jobs, Lane};
 use super::render_queue::{QueueFull, RenderQueue};
 use super::request::{FrameId, PictureRequest, queue_for, render_work};
 use crate::client::Client;
-use crate::deferred::{Progress, longest_wait};
+use crate::deferred::{AnswerProgress, longest_wait};
 use crate::event::Events;
 use crate::library::Library;
 use crate::metric::Metrics;
@@ -79,7 +79,7 @@ impl PictureService {
     ) -> Result<Bytes, ApiError> {
         let request = request.into();
         let key = request.key();
-        let part = Progress::current().map(|progress| progress.begin(key));
+        let part = AnswerProgress::current().map(|progress| progress.begin(key));
         let queue = if part.is_some() { Queue::Batch } else { queue };
         let mut waiter = match self.cache.subscribe(key) {
             Lookup::Cached(bytes) => {
@@ -87,7 +87,12 @@ impl PictureService {
                 return Ok(bytes);
             }
             Lookup::Missing(reason) => return Err(ApiError::not_found(reason.as_ref())),
-            Lookup::InFlight(waiter) => waiter,
+            Lookup::InFlight(waiter) => {
+                if queue == Queue::Interactive && self.queue.hasten(key, Client::current()) {
+                    self.interactive.notify.notify_one();
+                }
+                waiter
+            }
             Lookup::Leader(waiter) => {
                 let (own, asked) = (self.clone(), (queue, Client::current()));
                 // Runs in a separate task, so that a picture that has become a job is not lost if

@@ -141,8 +141,8 @@ impl PictureService {
         PendingGrant::new(self, ticket, LeaseGrant { ticket, job: id, ttl_ms, work })
     }
 
-    /// Renews a lease, and notes the job's progress. Ends it and its job if no client waits for any of its pictures: the worker
-    /// then stops rendering.
+    /// Renews a lease, and notes the job's progress. Ends it and its job if no client waits for any
+    /// of its pictures: the worker then stops rendering.
     ///
     /// # Errors
     /// 409 if the lease is not valid any more.

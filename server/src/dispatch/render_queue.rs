@@ -8,9 +8,10 @@ use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use brood_protocol::{JobId, Queue, RenderJob, encode};
+use brood_protocol::{JobId, PictureKey, Queue, RenderJob, encode};
 
 use super::kind::Returned;
+use super::request::queue_for;
 use super::turns::Turns;
 use crate::client::Client;
 use crate::limit;
@@ -152,6 +153,23 @@ impl RenderQueue {
         Some(job)
     }
 
+    /// Moves the waiting batch job of a picture to the interactive queue, as a job of this client,
+    /// if it is small enough for that queue. Returns true if it has moved.
+    pub fn hasten(&self, key: PictureKey, client: Client) -> bool {
+        let mut state = self.lock();
+        let Some(batch) = state.waiting.get_mut(&Queue::Batch) else { return false };
+        let has = |job: &QueuedJob| job.work.items.iter().any(|item| item.key == key);
+        let mut own = batch.jobs.iter().filter(|(_, job)| has(job));
+        let own = own.find(|(_, job)| queue_for(job.work.rays()) == Queue::Interactive);
+        let Some(place) = own.map(|(place, _)| *place) else { return false };
+        let Some(mut job) = batch.jobs.remove(&place) else { return false };
+        batch.bytes -= job.bytes;
+        job.queue = Queue::Interactive;
+        state.assign_turn(&mut job, client);
+        state.insert(job);
+        true
+    }
+
     /// Returns an unfinished job to the front of its queue, which may exceed its limits. Returns
     /// the job if it is given up, after the third death of a worker or the tenth expired lease.
     pub fn put_back(&self, mut job: QueuedJob, returned: Returned) -> Option<QueuedJob> {
@@ -285,6 +303,25 @@ mod tests {
         jobs.forget(ids[0]);
         assert_eq!(state(&jobs, ids[0]), None);
         assert_eq!(jobs.take(Queue::Batch).unwrap().id, batch);
+    }
+
+    #[test]
+    fn batch_job_of_a_picture_moves_to_the_interactive_queue_unless_it_is_large() {
+        let jobs = RenderQueue::default();
+        let of = |key: u8, size_px: u32| {
+            let options = (PictureFormat::Png, Backend::Auto);
+            let frame = Frame::new(&Scene::default(), MeshSource::Builtin, size_px, 4, options);
+            let packed = PackedProgram { words: Vec::new(), operations_written: 0 };
+            let subject = Subject::Program(packed);
+            RenderJob::new(frame, vec![RenderItem { key: PictureKey([key; 32]), subject }])
+        };
+        let [small, large] =
+            [of(1, 512), of(2, 2048)].map(|work| jobs.push(work, Queue::Batch, CLIENT).unwrap());
+        let moved = [1, 2, 3, 1].map(|key| jobs.hasten(PictureKey([key; 32]), CLIENT));
+        assert_eq!(moved, [true, false, false, false]);
+        assert_eq!(jobs.take(Queue::Interactive).unwrap().id, small);
+        assert_eq!(jobs.take(Queue::Batch).unwrap().id, large);
+        assert_eq!(jobs.lock().waiting[&Queue::Batch].bytes, 0);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Layers around every request, one concern per file. From the outside in: compression, [`finish`]
 //! (id, span, metrics, problem bodies, security headers), panics, [`host`], [`origin`], [`gate`]
-//! (access and shutdown). [`query`] is around the documented routes only, [`prefer`] around those that
-//! take long.
+//! (access and shutdown). [`query`] is around the documented routes only, [`prefer`] around those
+//! that take long.
 
 mod finish;
 mod gate;

@@ -13,7 +13,7 @@ use tokio_util::task::AbortOnDropHandle;
 use tracing::Instrument;
 
 use crate::client::Client;
-use crate::deferred::{Progress, RequestOutline};
+use crate::deferred::{AnswerProgress, RequestOutline};
 use crate::extract::read_body;
 use crate::limit;
 use crate::problem::ApiError;
@@ -42,7 +42,7 @@ pub async fn defer(
     let bytes = read_body(&head.headers, body, limit::JSON_BYTES).await?;
     let client = Client::current();
     let outline = RequestOutline { method: head.method.clone(), uri: head.uri.clone(), client };
-    let progress = Arc::new(Progress::default());
+    let progress = Arc::new(AnswerProgress::default());
     let handled = next.run(Request::from_parts(head, Body::from(bytes)));
     let handled = client.run(progress.clone().run(handled)).in_current_span();
     // Aborted if the client leaves before it has the job.

@@ -33,7 +33,8 @@ pub async fn claim(
     Ok(granted(claim_lease(&app.pictures, &worker, queue, wait_ms).await?))
 }
 
-/// Renews a lease, and reports the job's progress. 409 if no client waits for its pictures any more.
+/// Renews a lease, and reports the progress of its job. 409 if no client waits for its pictures
+/// any more.
 #[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", operation_id = "renew_render_lease", tag = "workers",
     params(("id" = LeaseId, Path)),
     request_body(content = Vec<u8>, content_type = "application/vnd.brood.lease"),
