@@ -60,7 +60,7 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {
             (None, _) => None,
             (Some(value), None) => {
                 let text = value.to_str().map_err(|_| malformed())?;
-                let fits = (1..=KEY_BYTES).contains(&text.len());
+                let fits = (1..=KEY_BYTES).contains(&text.len()) && !text.contains('\t');
                 Some(if fits { text.to_owned() } else { return Err(malformed()) })
             }
             (Some(_), Some(_)) => return Err(malformed()),

@@ -1,6 +1,6 @@
 //! `Idempotency-Key`: a repeated request has one effect.
 
-use brood_tests::{TestLineage, TestServer, hashes};
+use brood_tests::{TestLineage, TestServer, hashes, text_of};
 use reqwest::Method;
 use serde_json::{Value, json};
 
@@ -67,4 +67,15 @@ async fn key_works_for_every_resource_that_can_be_created() {
     }
     let lineages = server.get("/v1/lineages").await.expect(200).json();
     assert_eq!(lineages["items"].as_array().unwrap().len(), 1);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn key_is_refused_unless_it_is_printable() {
+    let server = TestServer::start();
+    let long = "x".repeat(256);
+    for key in ["", "a\tb", "\u{e4}", &long] {
+        let body = json!({"name": "refused"});
+        let problem = keyed(&server, "/v1/lineages", key, &body).await.problem(400);
+        assert!(text_of(&problem["detail"]).contains("printable"), "{key:?}: {problem}");
+    }
 }
