@@ -206,6 +206,26 @@ export async function readParts(response, take) {
   }
 }
 
+/** Statuses of refusals that may pass: no token, too early, too many requests. */
+const PASSING = [401, 403, 408, 425, 429];
+
+/**
+ * Reads why the server refuses an address for good. Null if it answers, or may answer later.
+ * @param {string} path
+ * @returns {Promise<string|null>}
+ */
+export async function refusalOf(path) {
+  try {
+    const response = await fetch(path, { credentials: "same-origin" });
+    const { status } = response;
+    const isFinal = status >= 400 && status < 500 && !PASSING.includes(status);
+    if (!isFinal) await response.body?.cancel();
+    return isFinal ? (await readProblem(response)).detail : null;
+  } catch {
+    return null;
+  }
+}
+
 /** @param {string} path */
 export const getText = async (path) => (await read(path)).text();
 

@@ -5,6 +5,7 @@
  *
  * @import { Generation } from "../model.js"
  */
+import { refusalOf } from "../api/request.js";
 import { effect } from "../vendor/signals-core.js";
 import { pictureOfSource, pictureSource } from "../page/distance.js";
 import { pageStore } from "../page/store.js";
@@ -68,6 +69,7 @@ export function pictureLoaded(url) {
 export function pictureFailed(url) {
   if (timers.has(url)) return false;
   const tried = lineageStore.pictureRetries.value.get(url) ?? 0;
+  if (tried === 1) void endIfRefused(url);
   const failed = tried >= RETRIES;
   if (failed) lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
   const delay = failed ? SLOW_MS : 500 * 2 ** Math.min(tried, 4);
@@ -78,9 +80,26 @@ export function pictureFailed(url) {
   return failed;
 }
 
+/**
+ * Ends the retries of a picture that the server refuses, and keeps the reason.
+ * @param {string} url
+ */
+async function endIfRefused(url) {
+  const reason = await refusalOf(url);
+  if (reason === null || !timers.has(url)) return;
+  forgetTimer(url);
+  lineageStore.refusedPictures.value = new Map(lineageStore.refusedPictures.value).set(url, reason);
+  lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
+}
+
 /** Requests a picture again. @param {string} url */
 export function retryPicture(url) {
   forgetTimer(url);
+  if (lineageStore.refusedPictures.value.has(url)) {
+    const refused = new Map(lineageStore.refusedPictures.value);
+    refused.delete(url);
+    lineageStore.refusedPictures.value = refused;
+  }
   if (lineageStore.failedPictures.value.has(url))
     lineageStore.failedPictures.value = remove(lineageStore.failedPictures.value, url);
   lineageStore.pictureRetries.value = new Map(lineageStore.pictureRetries.value).set(
@@ -113,9 +132,10 @@ export function forgetPictures(next) {
     const source = image.getAttribute("src");
     if (source) kept.add(pictureOfSource(source));
   }
-  const { loadedPictures, failedPictures, pictureRetries } = lineageStore;
+  const { loadedPictures, failedPictures, refusedPictures, pictureRetries } = lineageStore;
   loadedPictures.value = new Set([...loadedPictures.value].filter((url) => kept.has(url)));
   failedPictures.value = new Set([...failedPictures.value].filter((url) => kept.has(url)));
+  refusedPictures.value = new Map([...refusedPictures.value].filter(([url]) => kept.has(url)));
   pictureRetries.value = new Map([...pictureRetries.value].filter(([url]) => kept.has(url)));
   for (const url of timers.keys()) if (!kept.has(url)) forgetTimer(url);
 }

@@ -93,6 +93,11 @@ class LineageStore {
   /** Addresses of pictures that failed several times. @type {Signal<Set<string>>} */
   failedPictures = signal(new Set());
   /**
+   * Reasons for which the server refuses pictures, by address. These are also failed.
+   * @type {Signal<Map<string, string>>}
+   */
+  refusedPictures = signal(new Map());
+  /**
    * Retries by address. Part of the image's key, so that each retry is a new request.
    * @type {Signal<Map<string, number>>}
    */

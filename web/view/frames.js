@@ -54,7 +54,7 @@ function label(cell, of) {
   const parts = [nameOf(cell), makeupInWords(of)];
   if (of.favourite) parts.push("favourite");
   if (of.twin) parts.push("identical to another");
-  if (lineageStore.failedPictures.value.has(of.thumbnail)) parts.push("its picture could not be loaded");
+  if (lineageStore.failedPictures.value.has(of.thumbnail)) parts.push(lineageStore.refusedPictures.value.get(of.thumbnail) ?? "its picture could not be loaded");
   if (lineageStore.mate.value?.id === of.id) parts.push("mate");
   if (compareStore.pinned.value?.id === of.id) parts.push("B");
   if (cell === "centre" && lineageStore.draft.value?.of.id === of.id) parts.push("edited, not stored");
@@ -70,7 +70,11 @@ function label(cell, of) {
 function Picture({ of, cell }) {
   const url = of.thumbnail;
   if (lineageStore.failedPictures.value.has(url)) {
-    return html`<button type="button" class="again" tabindex="-1" aria-label=${`Load the picture of ${nameOf(cell)} again`} onClick=${() => retryPicture(url)}>⟳</button>`;
+    const reason = lineageStore.refusedPictures.value.get(url);
+    return html`
+      ${reason && html`<p class="refused" data-testid="refused" title=${reason}>${reason}</p>`}
+      <button type="button" class=${reason ? "again refused" : "again"} tabindex="-1" title="Load the picture again" aria-label=${`Load the picture of ${nameOf(cell)} again`} onClick=${() => retryPicture(url)}>⟳</button>
+    `;
   }
   return html`
     <img
