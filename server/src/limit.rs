@@ -140,7 +140,7 @@ pub const WAIT: Duration = Duration::from_secs(20);
 pub const DEFERRED: Duration = Duration::from_secs(3600);
 /// Most requests whose answers are deferred at the same time.
 pub const DEFERRED_REQUESTS: usize = 64;
-/// Most of these of one client.
+/// Most requests of one client whose answers are deferred at the same time.
 pub const CLIENT_DEFERRED: usize = 16;
 /// Most bytes of all deferred answers.
 pub const DEFERRED_BYTES: usize = 64 << 20;

@@ -43,7 +43,7 @@ pub struct AppState {
     pub searches: Arc<Searches>,
     /// Exports that are made as jobs.
     pub exports: Arc<Exports>,
-    /// Answers that were not ready when their clients were answered.
+    /// Deferred answers and their jobs.
     pub deferred: Arc<Deferred>,
     /// Workers heard from recently.
     pub workers: Workers,

@@ -129,7 +129,7 @@ async fn cancelled_request_is_not_rendered_and_has_no_answer() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn client_may_defer_16_answers_and_others_still_theirs() {
+async fn client_defers_at_most_16_answers_and_interactive_pictures_still_come() {
     let server = TestServer::start();
     let id = TestLineage::new(&server).await.random_child(4).await;
     let path = |size: u32| format!("/v1/individuals/{id}/render.png?size={size}&samples=4");

@@ -51,7 +51,7 @@ export async function hurried(app, step, base) {
   const { page } = app;
   app.path = MODULES;
   // The browser logs blocked pictures, and conflicts that were retried.
-  app.ignores = (text) => ["ERR_FAILED", "412", "404"].some((known) => text.includes(known));
+  app.ignores = (text) => ["ERR_FAILED", "412", "404", "422"].some((known) => text.includes(known));
   const bred = "**/v1/lineages/*/generations";
 
   const post = (path, json) =>
@@ -318,6 +318,29 @@ export async function hurried(app, step, base) {
     await page.waitForFunction(
       () => document.body.dataset.ready && document.querySelectorAll(".again").length === 0,
     );
+  });
+
+  await step("says why the server refuses pictures, and does not ask for them again", async () => {
+    let asked = 0;
+    const detail = "the scene has nine lights";
+    const refuse = (route) => {
+      asked += 1;
+      const body = JSON.stringify({ title: "Invalid input", status: 422, detail });
+      return route.fulfill({ status: 422, contentType: "application/problem+json", body });
+    };
+    await page.route("**/v1/thumbnails/**", refuse);
+    await app.id("reroll").click();
+    const said = app.cell(7).getByTestId("refused");
+    await said.waitFor();
+    assert.equal(await said.textContent(), detail);
+    await page.waitForFunction(() => document.querySelectorAll("p.refused").length >= 20);
+    const before = asked;
+    await page.waitForTimeout(3000);
+    assert.equal(asked, before);
+    await page.unroute("**/v1/thumbnails/**", refuse);
+    for (const again of (await page.locator(".again").all()).reverse()) await again.click();
+    await app.ready();
+    assert.equal(await page.locator(".refused").count(), 0);
   });
 
   await step("works when the browser refuses storage", async () => {

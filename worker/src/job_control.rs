@@ -1,4 +1,5 @@
-//! Control of a running job: its cancellation by the lease, and its progress.
+//! Cancellation and progress of a running job, shared by the task of its lease and the render
+//! thread.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -8,7 +9,7 @@ use tokio_util::sync::CancellationToken;
 /// Steps of the progress from 0 to 1.
 const STEPS: f32 = 10_000.0;
 
-/// Control of one job; clones are of the same job.
+/// Control of one job; clones share its state.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct JobControl {
     /// Cancelled if the lease was lost.
@@ -17,7 +18,7 @@ pub(crate) struct JobControl {
 }
 
 impl JobControl {
-    /// Notes that this share of the job is rendered, 0 to 1. It never falls.
+    /// Raises the progress to `share`, 0 to 1; a smaller share has no effect.
     pub(crate) fn note(&self, share: f32) {
         self.steps.fetch_max((share.clamp(0.0, 1.0) * STEPS) as u32, Ordering::Relaxed);
     }

@@ -152,7 +152,7 @@ async fn claim<K: JobKind>(
     }
 }
 
-/// Renews a lease of a kind of job periodically by `renew`. Returns only if the lease is lost.
+/// Calls `renew` periodically. Returns when the lease is lost.
 pub(crate) async fn renew_lease<K: JobKind, F>(ttl: Duration, mut renew: impl FnMut() -> F)
 where
     F: Future<Output = Result<(), ClientError>>,

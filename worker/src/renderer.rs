@@ -404,8 +404,8 @@ impl Renderer {
         let batch = (BATCH_FLOATS / floats.max(1)).max(1);
         let mut out = std::mem::take(&mut *self.buffer());
         let mut done = Vec::with_capacity(programs.len());
-        // The set, the evaluation and the film count a third each.
-        let share = |half: usize| (1.0 + half as f32 / programs.len() as f32) / 3.0;
+        // Sample set, evaluation and film count a third each; a program has the last two steps.
+        let share = |steps: usize| (1.0 + steps as f32 / programs.len() as f32) / 3.0;
         for (number, programs) in programs.chunks(batch).enumerate() {
             self.caches.check_at(share(2 * number * batch))?;
             let counters = &self.caches.counters;

@@ -12,7 +12,7 @@ brood_brdf::named_enum! {
     pub enum JobStatus {
         /// Waiting for a worker.
         Queued => "queued",
-        /// Leased to a worker, or being answered.
+        /// Leased to a worker; of a deferred answer: its request is being handled.
         Running => "running",
         /// Completed.
         Succeeded => "succeeded",
@@ -63,7 +63,7 @@ pub struct JobAnswer {
     pub times: Option<JobTimes>,
 }
 
-/// Answer to a request with `Prefer: respond-async` that was not ready at once. It is kept in
+/// Answer to a request with `Prefer: respond-async` that was not ready in time. It is kept in
 /// memory for a limited time and is lost when the server restarts.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
 pub struct DeferredAnswer {
@@ -81,7 +81,7 @@ pub struct DeferredAnswer {
     pub progress: f64,
     /// Method of the request.
     pub method: String,
-    /// Address of the request.
+    /// Path and query of the request.
     pub request: String,
     /// Status of the answer, once it is ready: 4xx or 5xx if the job has failed.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -490,14 +490,14 @@ class RenderJob(Record):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeferredAnswer(Record):
-    """Answer to a request with `Prefer: respond-async` that was not ready at once.
+    """Answer to a request with `Prefer: respond-async` that was not ready in time.
 
     Attributes:
         id: Id of the job.
         state: `running`, `succeeded`, `failed` or `cancelled`.
         progress: Share of its pictures or children that are made, 0 to 1.
         method: Method of the request.
-        request: Address of the request.
+        request: Path and query of the request.
         created_ms: Time of the request, in milliseconds since 1970-01-01 UTC.
         status: Status of the answer, once it is ready.
         answer: Path of the answer, once it is ready; `Client.request` reads it.

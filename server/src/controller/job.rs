@@ -13,7 +13,7 @@ use crate::state::App;
 
 /// Returns a job: a search, an export, a deferred answer, or a render job of a brood's pictures.
 ///
-/// Finished render jobs and deferred answers are kept for a limited time; none outlives a restart.
+/// Finished render jobs and deferred answers are kept for a limited time; a restart deletes them.
 #[utoipa::path(get, path = "/v1/jobs/{id}", operation_id = "get_job", tag = "jobs",
     params(("id" = JobId, Path)),
     responses((status = 200, description = "search, export, deferred answer or render job", body = AnyJob)))]
@@ -37,7 +37,8 @@ pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<A
     }
 }
 
-/// Returns a deferred answer: status, headers and body as if the request had been waited for.
+/// Returns a deferred answer: the status, headers and body that the request returns without
+/// `Prefer`, with `Cache-Control: no-store`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/answer", operation_id = "get_deferred_answer", tag = "jobs",
     params(("id" = JobId, Path)),
     responses((status = "2XX", description = "answer of the request"), (status = 304)))]
@@ -73,7 +74,8 @@ fn render_job(app: &App, id: JobId) -> Result<JobAnswer, ApiError> {
         return Ok(answer(state, known.reason));
     }
     let Some(done) = app.pictures.history.get(id) else {
-        let words = "there is no job with this id, or it ended long ago or before a restart";
+        let words =
+            "there is no job with this id; ended jobs are deleted after a while, and by a restart";
         return Err(ApiError::not_found(words));
     };
     let (work, times) = (Some(done.work), Some(done.times));

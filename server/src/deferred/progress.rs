@@ -1,7 +1,7 @@
 //! Progress of a request whose answer is deferred, and the time that such a request may take.
 //!
 //! The task that handles the request finds its progress by [`AnswerProgress::current`]. Tasks and
-//! threads that it starts have none unless it is handed to them.
+//! threads that it starts do not inherit it: pass it to them.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
@@ -62,7 +62,7 @@ impl AnswerProgress {
         }
     }
 
-    /// Runs a future, and notes its parts here.
+    /// Runs a future with this as its [`AnswerProgress::current`].
     pub async fn run<F: Future>(self: Arc<Self>, future: F) -> F::Output {
         PROGRESS.scope(self, future).await
     }
@@ -119,7 +119,7 @@ mod tests {
     use super::*;
 
     #[tokio::test]
-    async fn share_counts_ready_parts_and_what_is_rendered_of_others() {
+    async fn share_counts_ready_parts_and_rendered_shares_of_waiting_pictures() {
         assert!(AnswerProgress::current().is_none());
         AnswerProgress::expect(7);
         assert_eq!(longest_wait(), limit::WAIT);

@@ -1,4 +1,4 @@
-//! The jobs: requests that are being answered, and the answers that are kept.
+//! Table of deferred answers: a job for each request, with its answer once that is ready.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -30,7 +30,7 @@ pub struct Deferred {
     jobs: Mutex<HashMap<JobId, Job>>,
 }
 
-/// Line of a request.
+/// Method, address and client of a request.
 #[derive(Debug, Clone)]
 pub struct RequestOutline {
     /// Method.
@@ -139,10 +139,10 @@ impl Deferred {
         Self { pictures, events, jobs: Mutex::default() }
     }
 
-    /// Keeps the answer that `task` makes. Returns the job.
+    /// Adds a job that keeps the answer of `task` once it is ready. Returns the job.
     ///
     /// # Errors
-    /// 503 if too many requests are being answered; the task is cancelled.
+    /// 503 if too many answers are deferred; the task is cancelled.
     pub fn keep(
         self: &Arc<Self>,
         request: RequestOutline,
@@ -157,7 +157,13 @@ impl Deferred {
             let own = clients.iter().filter(|client| **client == request.client).count();
             if clients.len() >= limit::DEFERRED_REQUESTS || own >= limit::CLIENT_DEFERRED {
                 task.abort();
-                return Err(ApiError::busy("too many answers are deferred"));
+                let words = format!(
+                    "at most {} answers are deferred at the same time, {} of one client; retry when \
+                     one has ended",
+                    limit::DEFERRED_REQUESTS,
+                    limit::CLIENT_DEFERRED
+                );
+                return Err(ApiError::busy(words));
             }
             let state = State::Running(task.abort_handle());
             let created_ms = now_ms();
@@ -190,7 +196,7 @@ impl Deferred {
         };
         let answer = match response {
             Ok(response) => Kept::of(response).await,
-            // Its state is set already.
+            // `cancel` sets the state of the job.
             Err(error) if error.is_cancelled() => return,
             Err(error) => Kept::of(panicked(&error).into_response()).await,
         };
@@ -288,7 +294,7 @@ impl Deferred {
         self.lock().values().filter(|job| job.state.ended_ms().is_none()).count()
     }
 
-    /// Forgets the answers that have expired.
+    /// Deletes jobs that have expired.
     pub fn sweep(&self) {
         let ttl = i64::try_from(limit::DEFERRED_TTL.as_millis()).unwrap_or(i64::MAX);
         let oldest = now_ms() - ttl;
@@ -304,7 +310,7 @@ impl Deferred {
     }
 }
 
-/// Forgets the oldest answers until one of `bytes` fits.
+/// Deletes the jobs that ended first until an answer of this many bytes fits.
 fn make_space(jobs: &mut HashMap<JobId, Job>, bytes: usize) {
     loop {
         let used: usize = jobs.values().map(|job| job.state.bytes()).sum();
@@ -372,7 +378,7 @@ mod tests {
     }
 
     #[tokio::test]
-    async fn oldest_answers_give_way_and_an_answer_that_is_too_large_is_refused() {
+    async fn oldest_answers_are_deleted_for_new_ones_and_too_large_answers_are_refused() {
         let (_dir, deferred) = deferred().await;
         let answer = |bytes: usize| tokio::spawn(async move { vec![0_u8; bytes].into_response() });
         let mut jobs = Vec::new();

@@ -66,8 +66,8 @@ impl PictureService {
         self.get_from(Queue::Interactive, request).await
     }
 
-    /// As [`PictureService::get`]; renders it by a job of this queue. A picture that is too large
-    /// for an interactive job, or of a deferred answer, is rendered by a batch job in any case.
+    /// As [`PictureService::get`]; renders it by a job of this queue. Pictures of deferred
+    /// answers, and pictures too large for an interactive job, are always rendered by a batch job.
     ///
     /// # Errors
     /// 422 if the material cannot be drawn in the scene; 503 if the server is busy, stopping or too
@@ -88,7 +88,9 @@ impl PictureService {
             }
             Lookup::Missing(reason) => return Err(ApiError::not_found(reason.as_ref())),
             Lookup::InFlight(waiter) => {
-                if queue == Queue::Interactive && self.queue.hasten(key, Client::current()) {
+                if queue == Queue::Interactive
+                    && self.queue.move_to_interactive(key, Client::current())
+                {
                     self.interactive.notify.notify_one();
                 }
                 waiter

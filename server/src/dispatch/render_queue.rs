@@ -155,7 +155,7 @@ impl RenderQueue {
 
     /// Moves the waiting batch job of a picture to the interactive queue, as a job of this client,
     /// if it is small enough for that queue. Returns true if it has moved.
-    pub fn hasten(&self, key: PictureKey, client: Client) -> bool {
+    pub fn move_to_interactive(&self, key: PictureKey, client: Client) -> bool {
         let mut state = self.lock();
         let Some(batch) = state.waiting.get_mut(&Queue::Batch) else { return false };
         let has = |job: &QueuedJob| job.work.items.iter().any(|item| item.key == key);
@@ -317,7 +317,7 @@ mod tests {
         };
         let [small, large] =
             [of(1, 512), of(2, 2048)].map(|work| jobs.push(work, Queue::Batch, CLIENT).unwrap());
-        let moved = [1, 2, 3, 1].map(|key| jobs.hasten(PictureKey([key; 32]), CLIENT));
+        let moved = [1, 2, 3, 1].map(|key| jobs.move_to_interactive(PictureKey([key; 32]), CLIENT));
         assert_eq!(moved, [true, false, false, false]);
         assert_eq!(jobs.take(Queue::Interactive).unwrap().id, small);
         assert_eq!(jobs.take(Queue::Batch).unwrap().id, large);

@@ -43,7 +43,7 @@ fn query_words(message: &str) -> String {
         "provided string was not `true` or `false`" => "must be true or false".to_owned(),
         _ if words.starts_with("UUID parsing failed") => "must be an id".to_owned(),
         _ if words.contains("digit found in string") || words.contains("number too ") => {
-            "must be a whole number that is not negative or too large".to_owned()
+            "must be a whole number, at least 0 and not too large".to_owned()
         }
         _ if words.starts_with("cannot parse ") => "must not be empty".to_owned(),
         _ => serde_words(words),
@@ -145,15 +145,15 @@ mod tests {
         for (query, words) in [
             (
                 "count=x",
-                "query parameter `count`: must be a whole number that is not negative or too large",
+                "query parameter `count`: must be a whole number, at least 0 and not too large",
             ),
             (
                 "count=-1",
-                "query parameter `count`: must be a whole number that is not negative or too large",
+                "query parameter `count`: must be a whole number, at least 0 and not too large",
             ),
             (
                 "count=256",
-                "query parameter `count`: must be a whole number that is not negative or too large",
+                "query parameter `count`: must be a whole number, at least 0 and not too large",
             ),
             ("count=", "query parameter `count`: must not be empty"),
             ("share=x", "query parameter `share`: must be a number"),

@@ -24,7 +24,8 @@ const APPLIED: HeaderName = HeaderName::from_static("preference-applied");
 /// Time after which an answer is deferred if the request has no `wait`.
 const WAIT: Duration = Duration::from_millis(100);
 
-/// Answers with 202 and a job if the request prefers it and is not answered in time.
+/// Answers with 202 and a job if the request has `Prefer: respond-async` and its answer is not ready
+/// in time.
 ///
 /// # Errors
 /// 503 if too many answers are deferred.
@@ -45,7 +46,7 @@ pub async fn defer(
     let progress = Arc::new(AnswerProgress::default());
     let handled = next.run(Request::from_parts(head, Body::from(bytes)));
     let handled = client.run(progress.clone().run(handled)).in_current_span();
-    // Aborted if the client leaves before it has the job.
+    // Dropping it ends the handler if the client disconnects before the 202.
     let mut task = AbortOnDropHandle::new(app.tasks.spawn(handled));
     if let Ok(answered) = tokio::time::timeout(wait, &mut task).await {
         return answered.map_err(|error| ApiError::internal(format!("a handler ended: {error}")));
@@ -60,8 +61,8 @@ pub async fn defer(
     Ok(response)
 }
 
-/// Returns the time after which the answer is to be deferred; `None` if it is not. Preferences that
-/// cannot be read are ignored, as the RFC says.
+/// Returns the time after which the answer is deferred; `None` without `respond-async`. Preferences
+/// that cannot be read are ignored, as the RFC says.
 fn wait(headers: &HeaderMap) -> Option<Duration> {
     let lines = headers.get_all(PREFER).iter().filter_map(|line| line.to_str().ok());
     let preferences = lines.flat_map(|line| line.split(','));

@@ -15,9 +15,10 @@ use utoipa::openapi::{
 use utoipa::{PartialSchema, ToSchema};
 
 const UNCHANGED: &str = "unchanged since the ETag in `If-None-Match`";
-const PREFER: &str = "`respond-async`: an answer that is not ready within `wait` seconds (default 0.1, at \
-                      most 20) is deferred; as in `respond-async, wait=5`";
-const DEFERRED: &str = "deferred: the job says when the answer is ready";
+const PREFER: &str = "`respond-async`, or with a time `respond-async, wait=5`: the response is 202 with a job \
+                      if the answer is not ready within `wait` seconds (default 0.1, at most 20)";
+const DEFERRED: &str =
+    "job of the deferred answer: get it until `state` is not `running`, then get `answer`";
 const REFUSED: &str = "The request is invalid or not allowed";
 const FAILED: &str = "The server failed or is busy";
 

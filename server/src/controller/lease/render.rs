@@ -33,7 +33,7 @@ pub async fn claim(
     Ok(granted(claim_lease(&app.pictures, &worker, queue, wait_ms).await?))
 }
 
-/// Renews a lease, and reports the progress of its job. 409 if no client waits for its pictures
+/// Renews a lease and stores the progress of its job. 409 if no client waits for its pictures
 /// any more.
 #[utoipa::path(post, path = "/v1/leases/{id}/heartbeat", operation_id = "renew_render_lease", tag = "workers",
     params(("id" = LeaseId, Path)),
