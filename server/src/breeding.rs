@@ -118,12 +118,20 @@ impl BreedInputs {
                 settle_brood(&request, slots.map(|slot| request.draw(slot)).collect())
             }
         };
-        let express = |child| {
-            let newborn = Newborn::from(express_child(child));
-            progress.inspect(|progress| progress.step());
-            newborn
+        let step = |parts| {
+            if let Some(progress) = progress {
+                progress.step(parts);
+            }
         };
-        children.into_par_iter().map(express).collect()
+        step(children.len());
+        let express = |child| {
+            let child = express_child(child);
+            step(1);
+            child
+        };
+        let children: Vec<Child> = children.into_par_iter().map(express).collect();
+        // One after another, so that ids follow the slots.
+        children.into_iter().map(Newborn::from).collect()
     }
 }
 
@@ -238,7 +246,8 @@ impl Breeding {
         let progress = AnswerProgress::current();
         let is_long = count > LARGE_BROOD || progress.is_some();
         let queue = if is_long { Queue::Batch } else { Queue::Interactive };
-        AnswerProgress::expect(count as usize);
+        // A child is drawn, then expressed.
+        AnswerProgress::expect(2 * count as usize);
         let make = move || inputs.children(progress.as_deref());
         let children = self.processors.run_from(queue, make).await?;
         self.seconds.record(timing.end("make").as_secs_f64());

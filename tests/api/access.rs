@@ -1,6 +1,6 @@
 //! Access control: hosts, origins, tokens and addresses.
 
-use brood_tests::{ServerOptions, TestServer, brood, raw_request};
+use brood_tests::{ServerOptions, TestServer, brood, ids, raw_request, text_of};
 use reqwest::Method;
 use serde_json::json;
 
@@ -146,6 +146,25 @@ async fn routes_require_a_token_of_the_right_scope_when_a_token_exists() {
     assert_eq!(delete("?purge=true").await, 403);
     assert_eq!(delete("?%70urge=true").await, 403);
     assert_eq!(delete("").await, 404);
+
+    // Jobs of others need the scope of breeding; its own deferred answers a client may cancel.
+    let send = async |method: Method, path: &str, token: &str| {
+        let request = server.request(method, path).header("prefer", "respond-async, wait=0");
+        server.send(request.header("authorization", format!("Bearer {token}"))).await
+    };
+    let brood = server.request(Method::POST, "/v1/lineages").json(&body);
+    let brood = server.send(brood.header("authorization", format!("Bearer {breeder}"))).await;
+    let brood = format!("/v1/lineages/{}/generations", text_of(&brood.expect(201).json()["id"]));
+    let brood = server.request(Method::POST, &brood).json(&json!({"parents": [], "count": 1}));
+    let brood = server.send(brood.header("authorization", format!("Bearer {breeder}"))).await;
+    let child = ids(&brood.expect(201).json())[0].clone();
+    let long = format!("/v1/individuals/{child}/render.png?size=2048&samples=4");
+    let job = text_of(&send(Method::GET, &long, &reader).await.expect(202).json()["id"]);
+    let others = text_of(&send(Method::GET, &long, &breeder).await.expect(202).json()["id"]);
+    let cancel = |id: &str| format!("/v1/jobs/{id}/cancel");
+    assert_eq!(send(Method::POST, &cancel(&others), &reader).await.status, 403);
+    assert_eq!(send(Method::POST, &cancel(&job), &reader).await.status, 200);
+    assert_eq!(send(Method::POST, &cancel(&others), &breeder).await.status, 200);
 
     // The page keeps the token in a cookie that scripts cannot read.
     let opened = server.post("/v1/session", &json!({"token": reader})).await.expect(204);

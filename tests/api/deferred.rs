@@ -85,6 +85,7 @@ async fn large_brood_sheet_and_comparison_are_answered_by_jobs() {
     assert_eq!(server.get(&location).await.expect(200).json()["id"], generation["id"]);
     let members = ids(&generation);
     assert_eq!(members.len(), 256);
+    assert!(members.is_sorted(), "ids follow the slots");
 
     let sheet = format!("{location}/sheet.png");
     let comparison = format!("/v1/comparison?materials={},{}&size=512", members[0], members[1]);
@@ -120,7 +121,7 @@ async fn cancelled_request_is_not_rendered_and_has_no_answer() {
     let cancel = format!("/v1/jobs/{job}/cancel");
     let cancelled = server.post(&cancel, &json!({})).await.expect(200).json();
     assert_eq!(cancelled["state"], "cancelled", "{cancelled}");
-    server.post(&cancel, &json!({})).await.problem(409);
+    server.post(&cancel, &json!({})).await.expect(200);
     server.get(&format!("/v1/jobs/{job}/answer")).await.problem(409);
     server.get(&format!("/v1/jobs/{id}/answer")).await.problem(404);
     while server.metric("brood_jobs_abandoned_total").await == 0 {

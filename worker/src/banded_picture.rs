@@ -72,9 +72,8 @@ pub(crate) fn banded_images<T: Send>(
     let lit = shot.lit_area();
     let mut parts: Vec<Vec<RadianceImage>> = programs.iter().map(|_| Vec::new()).collect();
     let (mut lone, mut samples) = (Vec::new(), 0);
-    let count = bands(lit, lobes).count() as f32;
-    for (number, band) in bands(lit, lobes).enumerate() {
-        caches.check_at(number as f32 / count)?;
+    for band in bands(lit, lobes) {
+        caches.check()?;
         let raster = Raster { size_px, sampling: Sampling::Adaptive, area: band };
         let set = caches.counters.timed(
             || view.render_direct(raster, lobes),
@@ -93,6 +92,7 @@ pub(crate) fn banded_images<T: Send>(
                 parts.push(shade(&set, &f[floats * index..][..floats]));
             });
         }
+        caches.advance(3 * programs.len() as u64 * set.counts().rays);
     }
     let batch = Batch { shot, lobes, caches, evaluators, lit, lone, samples };
     let started = Instant::now();

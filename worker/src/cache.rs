@@ -56,14 +56,14 @@ impl Caches {
 
     /// Error if the current job is cancelled.
     pub(crate) fn check(&self) -> Result<(), RenderError> {
-        self.check_at(0.0)
+        let control = self.control.lock().unwrap_or_else(PoisonError::into_inner);
+        if control.cancelled.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
     }
 
-    /// As [`Caches::check`]; also notes the share of the job that is rendered.
-    pub(crate) fn check_at(&self, share: f32) -> Result<(), RenderError> {
-        let control = self.control.lock().unwrap_or_else(PoisonError::into_inner);
-        control.note(share);
-        if control.cancelled.is_cancelled() { Err(RenderError::Cancelled) } else { Ok(()) }
+    /// Notes that this many rays of the current job have done one more step of three: sample,
+    /// evaluation, film.
+    pub(crate) fn advance(&self, rays: u64) {
+        self.control.lock().unwrap_or_else(PoisonError::into_inner).advance(rays);
     }
 
     pub(crate) fn builtin(&self, name: BuiltinMesh) -> Arc<LoadedMesh> {

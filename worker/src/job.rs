@@ -60,7 +60,7 @@ impl JobKind for RenderContext {
         let LeaseGrant { ticket, job, ttl_ms, work } = grant;
         let ttl = Duration::from_millis(ttl_ms.into());
         let pictures = work.items.len();
-        let control = JobControl::default();
+        let control = JobControl::new(work.rays());
         let renew = async || {
             let progress = control.progress();
             self.client.renew(&LeaseRenewal { ticket, progress }).await

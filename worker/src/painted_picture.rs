@@ -135,6 +135,7 @@ impl Renderer {
                 })
                 .collect();
             done.extend(pictures?);
+            caches.advance(3 * rays);
             let film_us = micros(started.elapsed());
             caches.counters.add(RenderStats { film_us, ..RenderStats::default() });
         }

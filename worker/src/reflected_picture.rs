@@ -25,12 +25,11 @@ impl Renderer {
     ) -> Result<Vec<T>, RenderError> {
         let pixels = usize::try_from(shot.frame.size_px.pixels()).expect("a picture fits memory");
         let together = (BATCH_FLOATS / (FLOATS_PER_PIXEL * pixels)).max(1);
-        let count = programs.len() as f32;
         let mut done = Vec::with_capacity(programs.len());
         for programs in programs.chunks(together) {
             let reflected = self.reflected(shot, programs)?;
             for (program, (reflected, gain)) in programs.iter().zip(reflected) {
-                self.caches.check_at(done.len() as f32 / count)?;
+                self.caches.check()?;
                 let points = self.points_for(shot, program)?;
                 let set = (&reflected.on(&points), gain.ev);
                 done.extend(self.images_on(set, shot.frame.backend, &[program], &finish)?);

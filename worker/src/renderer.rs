@@ -404,10 +404,9 @@ impl Renderer {
         let batch = (BATCH_FLOATS / floats.max(1)).max(1);
         let mut out = std::mem::take(&mut *self.buffer());
         let mut done = Vec::with_capacity(programs.len());
-        // Sample set, evaluation and film count a third each; a program has the last two steps.
-        let share = |steps: usize| (1.0 + steps as f32 / programs.len() as f32) / 3.0;
+        self.caches.advance(programs.len() as u64 * set.counts().rays);
         for (number, programs) in programs.chunks(batch).enumerate() {
-            self.caches.check_at(share(2 * number * batch))?;
+            self.caches.check()?;
             let counters = &self.caches.counters;
             counters.timed(
                 || self.evaluators.eval(frame.backend, programs, set, &mut out),
@@ -417,12 +416,13 @@ impl Renderer {
             let pictures = programs.len() as u64;
             let (rays, samples_covered) = (pictures * counts.rays, pictures * counts.covered);
             counters.add(RenderStats { rays, samples_covered, ..RenderStats::default() });
+            self.caches.advance(rays);
             let started = Instant::now();
             let results: Result<Vec<T>, RenderError> = programs
                 .par_iter()
                 .enumerate()
                 .map(|(index, program)| {
-                    self.caches.check_at(share(2 * number * batch + programs.len()))?;
+                    self.caches.check()?;
                     let f = &out[index * floats..(index + 1) * floats];
                     let (caches, evaluators) = (&self.caches, &*self.evaluators);
                     let tiles = &tiles;
@@ -431,6 +431,7 @@ impl Renderer {
                 })
                 .collect();
             done.extend(results?);
+            self.caches.advance(rays);
             counters
                 .add(RenderStats { film_us: micros(started.elapsed()), ..RenderStats::default() });
         }

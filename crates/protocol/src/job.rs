@@ -77,7 +77,8 @@ pub struct DeferredAnswer {
     /// Reason of a failure.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Share of its pictures that are rendered, or of its children that are made, 0 to 1.
+    /// Share of its pictures that are rendered, or of its children that are made, 0 to 1;
+    /// approximate within a picture.
     pub progress: f64,
     /// Method of the request.
     pub method: String,

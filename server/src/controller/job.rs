@@ -41,7 +41,8 @@ pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<A
 /// `Prefer`, with `Cache-Control: no-store`.
 #[utoipa::path(get, path = "/v1/jobs/{id}/answer", operation_id = "get_deferred_answer", tag = "jobs",
     params(("id" = JobId, Path)),
-    responses((status = "2XX", description = "answer of the request"), (status = 304)))]
+    responses((status = "2XX", description = "answer of the request", body = Vec<u8>,
+        content_type = "*/*")))]
 pub async fn answer(State(app): State<App>, Path(id): Path<JobId>) -> Result<Response, ApiError> {
     let words = "there is no deferred answer with this id, or it has expired";
     app.deferred.answer(id).unwrap_or_else(|| Err(ApiError::not_found(words)))

@@ -18,10 +18,13 @@ use serde::Deserialize;
 
 use super::accepted;
 use super::file::{FileHead, IMMUTABLE};
+use crate::access::Need;
+use crate::client::Client;
 use crate::clock::now_ms;
 use crate::dispatch::{export_json, search_json};
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::{Begun, IdempotencyKey};
+use crate::layer::token;
 use crate::limit;
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
@@ -126,8 +129,15 @@ pub async fn resume(
 pub async fn cancel(
     State(app): State<App>,
     Path(id): Path<JobId>,
+    headers: HeaderMap,
     key: IdempotencyKey,
 ) -> Result<Response, ApiError> {
+    if app.deferred.client(id) != Some(Client::current()) {
+        app.access.check(&app.store, Need::Breed, token(&headers)).await?;
+        if app.stopping.is_cancelled() {
+            return Err(ApiError::stopping("retry after the restart"));
+        }
+    }
     if let Some(cancelled) = app.deferred.cancel(id) {
         return Ok(Json(cancelled?).into_response());
     }

@@ -1,13 +1,14 @@
 //! Table of deferred answers: a job for each request, with its answer once that is ready.
 
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use axum::body::{Body, to_bytes};
 use axum::response::{IntoResponse, Response};
 use brood_protocol::{DeferredAnswer, JobId, JobStatus};
 use bytes::Bytes;
+use http::response::Parts;
 use http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use serde_json::json;
 use tokio::task::{AbortHandle, JoinError, JoinHandle};
@@ -28,6 +29,28 @@ pub struct Deferred {
     pictures: Arc<PictureService>,
     events: Arc<Events>,
     jobs: Mutex<HashMap<JobId, Job>>,
+    taken: Places,
+}
+
+/// Number of places that each client has taken.
+type Places = Arc<Mutex<HashMap<Client, usize>>>;
+
+/// Place of a request whose answer may be deferred; free again when this is dropped.
+pub struct DeferredPlace {
+    client: Client,
+    taken: Places,
+}
+
+impl Drop for DeferredPlace {
+    fn drop(&mut self) {
+        let mut taken = lock(&self.taken);
+        if let Some(own) = taken.get_mut(&self.client) {
+            *own -= 1;
+            if *own == 0 {
+                taken.remove(&self.client);
+            }
+        }
+    }
 }
 
 /// Method, address and client of a request.
@@ -49,7 +72,7 @@ struct Job {
 }
 
 enum State {
-    Running(AbortHandle),
+    Running { task: AbortHandle, _place: DeferredPlace },
     Cancelled { at_ms: i64 },
     Answered { at_ms: i64, answer: Box<Kept> },
 }
@@ -67,7 +90,7 @@ struct Kept {
 impl State {
     fn ended_ms(&self) -> Option<i64> {
         match self {
-            Self::Running(_) => None,
+            Self::Running { .. } => None,
             Self::Cancelled { at_ms } | Self::Answered { at_ms, .. } => Some(*at_ms),
         }
     }
@@ -75,7 +98,7 @@ impl State {
     fn bytes(&self) -> usize {
         match self {
             Self::Answered { answer, .. } => answer.body.len(),
-            Self::Running(_) | Self::Cancelled { .. } => 0,
+            Self::Running { .. } | Self::Cancelled { .. } => 0,
         }
     }
 }
@@ -83,7 +106,7 @@ impl State {
 impl Job {
     fn status(&self) -> JobStatus {
         match &self.state {
-            State::Running(_) => JobStatus::Running,
+            State::Running { .. } => JobStatus::Running,
             State::Cancelled { .. } => JobStatus::Cancelled,
             State::Answered { answer, .. } if answer.is_error() => JobStatus::Failed,
             State::Answered { .. } => JobStatus::Succeeded,
@@ -92,21 +115,22 @@ impl Job {
 }
 
 impl Kept {
-    /// Reads an answer to its end. An error answer has no body, only its problem.
-    async fn of(response: Response) -> Self {
-        let (mut head, body) = response.into_parts();
-        let problem = head.extensions.remove::<Pending>();
-        match to_bytes(body, limit::DEFERRED_BYTES).await {
-            Ok(body) => Self { status: head.status, headers: head.headers, body, problem },
-            Err(error) => {
-                let words = format!("the answer has more than {} MiB", limit::DEFERRED_BYTES >> 20);
-                let refused = ApiError::refused(words).with_inner(error.to_string());
-                let (mut head, _) = refused.into_response().into_parts();
-                let problem = head.extensions.remove::<Pending>();
-                let (status, headers) = (head.status, head.headers);
-                Self { status, headers, body: Bytes::new(), problem }
+    /// Reads the answer of a job to its end. An error answer has no body, only its problem, whose
+    /// details go to the log.
+    async fn of(id: JobId, response: Response) -> Self {
+        let (head, body) = match read(response).await {
+            Ok(read) => read,
+            Err(refused) => (refused.into_response().into_parts().0, Bytes::new()),
+        };
+        let Parts { status, headers, mut extensions, .. } = head;
+        let mut problem = extensions.remove::<Pending>();
+        if let Some(inner) = problem.as_mut().and_then(|problem| problem.inner.take()) {
+            match status.is_server_error() {
+                true => tracing::error!(%id, reason = %inner, "a deferred request failed"),
+                false => tracing::debug!(%id, reason = %inner, "a deferred request was refused"),
             }
         }
+        Self { status, headers, body, problem }
     }
 
     fn is_error(&self) -> bool {
@@ -136,39 +160,44 @@ impl IntoResponse for Kept {
 impl Deferred {
     /// Creates an empty table.
     pub fn new(pictures: Arc<PictureService>, events: Arc<Events>) -> Self {
-        Self { pictures, events, jobs: Mutex::default() }
+        Self { pictures, events, jobs: Mutex::default(), taken: Places::default() }
+    }
+
+    /// Returns a place for a request whose answer may be deferred.
+    ///
+    /// # Errors
+    /// 503 if too many answers are deferred.
+    pub fn place(&self, client: Client) -> Result<DeferredPlace, ApiError> {
+        let mut taken = lock(&self.taken);
+        let own = taken.get(&client).copied().unwrap_or(0);
+        let all: usize = taken.values().sum();
+        if all >= limit::DEFERRED_REQUESTS || own >= limit::CLIENT_DEFERRED {
+            let words = format!(
+                "at most {} answers are deferred at the same time, {} of one client; retry when \
+                 one has ended",
+                limit::DEFERRED_REQUESTS,
+                limit::CLIENT_DEFERRED
+            );
+            return Err(ApiError::busy(words));
+        }
+        taken.insert(client, own + 1);
+        Ok(DeferredPlace { client, taken: self.taken.clone() })
     }
 
     /// Adds a job that keeps the answer of `task` once it is ready. Returns the job.
     ///
     /// # Errors
-    /// 503 if too many answers are deferred; the task is cancelled.
+    /// 500 if the job is lost.
     pub fn keep(
         self: &Arc<Self>,
-        request: RequestOutline,
+        (request, place): (RequestOutline, DeferredPlace),
         progress: Arc<AnswerProgress>,
         task: JoinHandle<Response>,
     ) -> Result<DeferredAnswer, ApiError> {
         let id = JobId::fresh();
-        {
-            let mut jobs = self.lock();
-            let running = jobs.values().filter(|job| job.state.ended_ms().is_none());
-            let clients = running.map(|job| job.request.client).collect::<Vec<_>>();
-            let own = clients.iter().filter(|client| **client == request.client).count();
-            if clients.len() >= limit::DEFERRED_REQUESTS || own >= limit::CLIENT_DEFERRED {
-                task.abort();
-                let words = format!(
-                    "at most {} answers are deferred at the same time, {} of one client; retry when \
-                     one has ended",
-                    limit::DEFERRED_REQUESTS,
-                    limit::CLIENT_DEFERRED
-                );
-                return Err(ApiError::busy(words));
-            }
-            let state = State::Running(task.abort_handle());
-            let created_ms = now_ms();
-            let _ = jobs.insert(id, Job { request, created_ms, progress: progress.clone(), state });
-        }
+        let state = State::Running { task: task.abort_handle(), _place: place };
+        let job = Job { request, created_ms: now_ms(), progress: progress.clone(), state };
+        self.lock().insert(id, job);
         let own = self.clone();
         self.pictures.jobs.tasks.spawn(async move { own.follow(id, progress, task).await });
         self.job(id).ok_or_else(|| ApiError::internal("a deferred answer was lost"))
@@ -185,6 +214,8 @@ impl Deferred {
         let response = loop {
             tokio::select! {
                 response = &mut task => break response,
+                // Its answer would be lost with the process.
+                () = self.pictures.jobs.stopping.cancelled() => return task.abort(),
                 _ = tick.tick() => {
                     let share = self.share(&progress);
                     if share > published {
@@ -195,10 +226,10 @@ impl Deferred {
             }
         };
         let answer = match response {
-            Ok(response) => Kept::of(response).await,
+            Ok(response) => Kept::of(id, response).await,
             // `cancel` sets the state of the job.
             Err(error) if error.is_cancelled() => return,
-            Err(error) => Kept::of(panicked(&error).into_response()).await,
+            Err(error) => Kept::of(id, panicked(&error).into_response()).await,
         };
         self.end(id, State::Answered { at_ms: now_ms(), answer: Box::new(answer) });
     }
@@ -207,10 +238,12 @@ impl Deferred {
     fn end(&self, id: JobId, state: State) -> bool {
         {
             let mut jobs = self.lock();
-            make_space(&mut jobs, state.bytes());
+            let running = jobs.get(&id).filter(|job| job.state.ended_ms().is_none());
+            let Some(client) = running.map(|job| job.request.client) else { return false };
+            make_space(&mut jobs, client, state.bytes());
             match jobs.get_mut(&id) {
-                Some(job) if job.state.ended_ms().is_none() => job.state = state,
-                _ => return false,
+                Some(job) => job.state = state,
+                None => return false,
             }
         }
         if let Some(DeferredAnswer { state, reason, .. }) = self.job(id) {
@@ -226,7 +259,7 @@ impl Deferred {
         let (state, ended_ms) = (job.status(), job.state.ended_ms());
         let answer = match &job.state {
             State::Answered { answer, .. } => Some(&**answer),
-            State::Running(_) | State::Cancelled { .. } => None,
+            State::Running { .. } | State::Cancelled { .. } => None,
         };
         let ttl = i64::try_from(limit::DEFERRED_TTL.as_millis()).unwrap_or(i64::MAX);
         let is_done = state == JobStatus::Succeeded;
@@ -254,39 +287,47 @@ impl Deferred {
         let jobs = self.lock();
         let job = jobs.get(&id)?;
         Some(match &job.state {
+            // Clients repeat requests that are answered with 503; this answer stays the same.
+            State::Answered { answer, .. } if answer.status == StatusCode::SERVICE_UNAVAILABLE => {
+                let reason = answer.reason().unwrap_or_default();
+                let words = format!("the request failed: {reason}; send it again");
+                Err(ApiError::conflict(words))
+            }
             State::Answered { answer, .. } => Ok(Kept::clone(answer).into_response()),
-            State::Running(_) | State::Cancelled { .. } => {
+            State::Running { .. } | State::Cancelled { .. } => {
                 let state = job.status().name();
                 Err(ApiError::conflict(format!("there is no answer: the job is {state}")))
             }
         })
     }
 
-    /// Cancels a job; `None` if there is no such job.
+    /// Cancels a job; `None` if there is no such job. Nothing changes if it is cancelled already.
     ///
     /// # Errors
-    /// 409 if it has ended.
+    /// 409 if it has an answer.
     pub fn cancel(&self, id: JobId) -> Option<Result<DeferredAnswer, ApiError>> {
         let running = match &self.lock().get(&id)?.state {
-            State::Running(task) => Some(task.clone()),
+            State::Running { task, .. } => Some(task.clone()),
             State::Cancelled { .. } | State::Answered { .. } => None,
         };
-        let is_ended = match running {
-            Some(task) => {
-                task.abort();
-                self.end(id, State::Cancelled { at_ms: now_ms() })
-            }
-            None => false,
-        };
+        if let Some(task) = running {
+            task.abort();
+            self.end(id, State::Cancelled { at_ms: now_ms() });
+        }
         let job = self.job(id)?;
-        Some(match is_ended {
-            true => Ok(job),
-            false => {
+        Some(match job.state {
+            JobStatus::Cancelled => Ok(job),
+            _ => {
                 let state = job.state.name();
                 let words = format!("the job has already ended: it is {state}");
                 Err(ApiError::conflict(words))
             }
         })
+    }
+
+    /// Client that a job belongs to; `None` if there is no such job.
+    pub fn client(&self, id: JobId) -> Option<Client> {
+        Some(self.lock().get(&id)?.request.client)
     }
 
     /// Number of requests that are being answered.
@@ -306,20 +347,39 @@ impl Deferred {
     }
 
     fn lock(&self) -> MutexGuard<'_, HashMap<JobId, Job>> {
-        self.jobs.lock().expect("nothing panics under this lock")
+        lock(&self.jobs)
     }
 }
 
-/// Deletes the jobs that ended first until an answer of this many bytes fits.
-fn make_space(jobs: &mut HashMap<JobId, Job>, bytes: usize) {
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Reads a response to its end.
+///
+/// # Errors
+/// 422 if it is too large.
+async fn read(response: Response) -> Result<(Parts, Bytes), ApiError> {
+    let (head, body) = response.into_parts();
+    let read = to_bytes(body, limit::DEFERRED_BYTES).await;
+    let words = || format!("the answer has more than {} MiB", limit::DEFERRED_BYTES >> 20);
+    let body = read.map_err(|error| ApiError::refused(words()).with_inner(error.to_string()))?;
+    Ok((head, body))
+}
+
+/// Deletes jobs that have ended until an answer of this many bytes of a client fits: those of the
+/// client first, the oldest first.
+fn make_space(jobs: &mut HashMap<JobId, Job>, client: Client, bytes: usize) {
     loop {
         let used: usize = jobs.values().map(|job| job.state.bytes()).sum();
-        let ended = jobs.iter().filter_map(|(id, job)| Some((job.state.ended_ms()?, *id)));
+        let ended = jobs.iter().filter_map(|(id, job)| {
+            Some((job.request.client != client, job.state.ended_ms()?, *id))
+        });
         let ended: Vec<_> = ended.collect();
         if used + bytes <= limit::DEFERRED_BYTES && ended.len() < limit::DEFERRED_KEPT {
             return;
         }
-        let Some((_, oldest)) = ended.into_iter().min() else { return };
+        let Some((_, _, oldest)) = ended.into_iter().min() else { return };
         jobs.remove(&oldest);
     }
 }
@@ -348,7 +408,10 @@ mod tests {
 
     /// Defers an answer, and waits until its job has ended.
     async fn ended(deferred: &Arc<Deferred>, task: JoinHandle<Response>) -> DeferredAnswer {
-        let job = deferred.keep(outline(), Arc::default(), task).unwrap();
+        let job = {
+            let place = deferred.place(Client::Server).unwrap();
+            deferred.keep((outline(), place), Arc::default(), task).unwrap()
+        };
         loop {
             match deferred.job(job.id).unwrap() {
                 job if job.state == JobStatus::Running => tokio::task::yield_now().await,
@@ -367,6 +430,36 @@ mod tests {
         let answer = deferred.answer(job.id).unwrap().unwrap();
         let problem = &answer.extensions().get::<Pending>().unwrap().problem;
         assert_eq!((answer.status().as_u16(), problem.pointer.as_deref()), (422, Some("/count")));
+    }
+
+    #[tokio::test]
+    async fn request_that_the_server_was_too_busy_for_is_not_answered_with_503_again() {
+        let (_dir, deferred) = deferred().await;
+        let busy = async { ApiError::busy("too many pictures are queued").into_response() };
+        let job = ended(&deferred, tokio::spawn(busy)).await;
+        assert_eq!((job.state, job.status), (JobStatus::Failed, Some(503)));
+        let error = deferred.answer(job.id).unwrap().unwrap_err();
+        assert_eq!(error.status(), 409);
+        assert!(error.problem().detail.contains("too many pictures"), "{error:?}");
+    }
+
+    #[tokio::test]
+    async fn places_are_free_again_when_requests_end() {
+        let (_dir, deferred) = deferred().await;
+        let never = || tokio::spawn(std::future::pending());
+        let mut jobs = Vec::new();
+        for _ in 0..limit::CLIENT_DEFERRED {
+            let place = deferred.place(Client::Server).unwrap();
+            jobs.push(deferred.keep((outline(), place), Arc::default(), never()).unwrap().id);
+        }
+        assert_eq!(deferred.place(Client::Server).err().unwrap().status(), 503);
+        assert!(deferred.place(Client::Token([1; 32])).is_ok());
+        for _ in 0..2 {
+            let cancelled = deferred.cancel(jobs[0]).unwrap().unwrap();
+            assert_eq!(cancelled.state, JobStatus::Cancelled);
+        }
+        drop(deferred.place(Client::Server).unwrap());
+        deferred.place(Client::Server).unwrap();
     }
 
     #[tokio::test]

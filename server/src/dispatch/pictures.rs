@@ -81,17 +81,15 @@ impl PictureService {
         let key = request.key();
         let part = AnswerProgress::current().map(|progress| progress.begin(key));
         let queue = if part.is_some() { Queue::Batch } else { queue };
-        let mut waiter = match self.cache.subscribe(key) {
+        let mut waiter = match self.cache.subscribe(key, queue) {
             Lookup::Cached(bytes) => {
                 self.metrics.served.increment(1);
                 return Ok(bytes);
             }
             Lookup::Missing(reason) => return Err(ApiError::not_found(reason.as_ref())),
             Lookup::InFlight(waiter) => {
-                if queue == Queue::Interactive
-                    && self.queue.move_to_interactive(key, Client::current())
-                {
-                    self.interactive.notify.notify_one();
+                if queue == Queue::Interactive {
+                    self.move_to_interactive(&[key], Client::current());
                 }
                 waiter
             }
@@ -183,6 +181,14 @@ impl PictureService {
         Ok(render_work(&framed.frame, items))
     }
 
+    /// Moves the waiting batch job of one of these pictures to the interactive queue, if it is small
+    /// enough for that queue.
+    fn move_to_interactive(&self, keys: &[PictureKey], client: Client) {
+        if keys.iter().any(|key| self.queue.move_to_interactive(*key, client)) {
+            self.interactive.notify.notify_one();
+        }
+    }
+
     /// Queues a job unless it is empty; if it cannot be queued, fails the pictures with these keys.
     async fn enqueue(
         self: &Arc<Self>,
@@ -190,11 +196,18 @@ impl PictureService {
         keys: impl IntoIterator<Item = PictureKey>,
         (queue, client): (Queue, Client),
     ) {
+        let keys: Vec<PictureKey> = keys.into_iter().collect();
         let result = async {
             let work = work.await?;
             if !work.items.is_empty() {
-                let queue = queue.max(queue_for(work.rays()));
+                let is_urgent = || self.cache.any_urgent(&keys);
+                let asked = if is_urgent() { Queue::Interactive } else { queue };
+                let queue = asked.max(queue_for(work.rays()));
                 self.hand_out(work, queue, client)?;
+                // A client may have asked for one of the pictures meanwhile.
+                if asked == Queue::Batch && is_urgent() {
+                    self.move_to_interactive(&keys, client);
+                }
             }
             Ok(())
         };

@@ -154,9 +154,13 @@ impl RenderQueue {
     }
 
     /// Moves the waiting batch job of a picture to the interactive queue, as a job of this client,
-    /// if it is small enough for that queue. Returns true if it has moved.
+    /// if it is small enough for that queue and the queue takes more jobs. Returns true if it has
+    /// moved.
     pub fn move_to_interactive(&self, key: PictureKey, client: Client) -> bool {
         let mut state = self.lock();
+        if state.is_full(Queue::Interactive) {
+            return false;
+        }
         let Some(batch) = state.waiting.get_mut(&Queue::Batch) else { return false };
         let has = |job: &QueuedJob| job.work.items.iter().any(|item| item.key == key);
         let mut own = batch.jobs.iter().filter(|(_, job)| has(job));

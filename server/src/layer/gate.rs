@@ -63,8 +63,10 @@ fn need(method: &Method, path: &str) -> Need {
     // These answer what the genome in the body looks like, and store nothing.
     // An export as a job stores files.
     let is_answer = below("/v1/exports") && path != "/v1/exports" || path == "/v1/render.png";
+    // A client may cancel its own deferred answer; the handler checks the rest.
+    let is_cancel = below("/v1/jobs") && path.ends_with("/cancel");
     match *method {
-        Method::POST if is_answer => Need::Read,
+        Method::POST if is_answer || is_cancel => Need::Read,
         Method::GET | Method::HEAD | Method::OPTIONS => Need::Read,
         _ => Need::Breed,
     }
@@ -98,6 +100,8 @@ mod tests {
         assert_eq!(need(Method::POST, "/v1/exports/glsl"), Need::Read);
         assert_eq!(need(Method::POST, "/v1/exports"), Need::Breed);
         assert_eq!(need(Method::POST, "/v1/render.png"), Need::Read);
+        assert_eq!(need(Method::POST, "/v1/jobs/x/cancel"), Need::Read);
+        assert_eq!(need(Method::POST, "/v1/jobs/x/pause"), Need::Breed);
         assert_eq!(need(Method::POST, "/v1/leases"), Need::Work);
         assert_eq!(need(Method::GET, "/v1/leases/meshes/00"), Need::Work);
         assert_eq!(need(Method::POST, "/v1/session"), Need::Nothing);

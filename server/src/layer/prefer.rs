@@ -39,9 +39,12 @@ pub async fn defer(
         _ => None,
     };
     let Some(wait) = wait else { return Ok(next.run(request).await) };
-    let (head, body) = request.into_parts();
-    let bytes = read_body(&head.headers, body, limit::JSON_BYTES).await?;
     let client = Client::current();
+    let place = app.deferred.place(client)?;
+    let (mut head, body) = request.into_parts();
+    // The answer is kept for a client that may have none.
+    head.headers.remove(header::IF_NONE_MATCH);
+    let bytes = read_body(&head.headers, body, limit::JSON_BYTES).await?;
     let outline = RequestOutline { method: head.method.clone(), uri: head.uri.clone(), client };
     let progress = Arc::new(AnswerProgress::default());
     let handled = next.run(Request::from_parts(head, Body::from(bytes)));
@@ -51,7 +54,7 @@ pub async fn defer(
     if let Ok(answered) = tokio::time::timeout(wait, &mut task).await {
         return answered.map_err(|error| ApiError::internal(format!("a handler ended: {error}")));
     }
-    let job = app.deferred.keep(outline, progress, task.detach())?;
+    let job = app.deferred.keep((outline, place), progress, task.detach())?;
     let mut response = (StatusCode::ACCEPTED, Json(&job)).into_response();
     let headers = response.headers_mut();
     headers.insert(APPLIED, HeaderValue::from_static("respond-async"));

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use brood_protocol::{IndividualId, LineageId, PictureKey};
+use brood_protocol::{IndividualId, LineageId, PictureKey, Queue};
 use brood_storage::StoredPicture;
 use bytes::Bytes;
 use moka::policy::EvictionPolicy;
@@ -52,6 +52,8 @@ struct InFlight {
     wanted: Wanted,
     /// Share that is rendered, 0 to 1.
     progress: f32,
+    /// True if a client waits for it who does not want it from a batch job.
+    is_urgent: bool,
 }
 
 /// Time until which a picture is wanted without a request.
@@ -63,7 +65,7 @@ enum Wanted {
 
 impl InFlight {
     fn new(wanted: Wanted) -> Self {
-        Self { result: watch::Sender::new(None), wanted, progress: 0.0 }
+        Self { result: watch::Sender::new(None), wanted, progress: 0.0, is_urgent: false }
     }
 
     fn is_abandoned(&self) -> bool {
@@ -155,8 +157,15 @@ impl PictureCache {
         reserved
     }
 
-    /// Returns the picture, or a receiver for its result.
-    pub fn subscribe(&self, key: PictureKey) -> Lookup {
+    /// True if a client waits for one of these pictures who does not want it from a batch job.
+    pub fn any_urgent(&self, keys: &[PictureKey]) -> bool {
+        let in_flight = self.lock();
+        keys.iter().any(|key| in_flight.get(key).is_some_and(|render| render.is_urgent))
+    }
+
+    /// Returns the picture, or a receiver for its result, which is to be rendered by a job of this
+    /// queue.
+    pub fn subscribe(&self, key: PictureKey, queue: Queue) -> Lookup {
         if let Some(bytes) = self.memory.get(&key) {
             return Lookup::Cached(bytes);
         }
@@ -164,14 +173,16 @@ impl PictureCache {
             return Lookup::Missing(reason);
         }
         let mut in_flight = self.lock();
-        if let Some(render) = in_flight.get(&key) {
+        if let Some(render) = in_flight.get_mut(&key) {
+            render.is_urgent |= queue == Queue::Interactive;
             return Lookup::InFlight(render.result.subscribe());
         }
         // The picture may have been completed between the first check and the lock.
         if let Some(bytes) = self.memory.get(&key) {
             return Lookup::Cached(bytes);
         }
-        let render = InFlight::new(Wanted::Until(Instant::now()));
+        let mut render = InFlight::new(Wanted::Until(Instant::now()));
+        render.is_urgent = queue == Queue::Interactive;
         let waiter = render.result.subscribe();
         in_flight.insert(key, render);
         Lookup::Leader(waiter)
@@ -191,7 +202,8 @@ impl PictureCache {
         let mut in_flight = self.lock();
         for key in keys {
             if let Some(render) = in_flight.get_mut(key) {
-                render.progress = progress;
+                // A worker may send any bits.
+                render.progress = if progress.is_nan() { 0.0 } else { progress.clamp(0.0, 1.0) };
             }
         }
     }
@@ -301,10 +313,11 @@ mod tests {
     #[tokio::test]
     async fn second_request_waits_for_the_render_of_the_first() {
         let (_dir, picture_cache, mut queue) = picture_cache();
-        let Lookup::Leader(mut first) = picture_cache.subscribe(key(1)) else {
+        let Lookup::Leader(mut first) = picture_cache.subscribe(key(1), Queue::Interactive) else {
             panic!("the first request must lead")
         };
-        let Lookup::InFlight(mut second) = picture_cache.subscribe(key(1)) else {
+        let Lookup::InFlight(mut second) = picture_cache.subscribe(key(1), Queue::Interactive)
+        else {
             panic!("the second request must wait")
         };
         picture_cache.complete(key(1), Bytes::from_static(b"picture"));
@@ -312,53 +325,70 @@ mod tests {
             let outcome = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
             assert_eq!(outcome.unwrap(), "picture");
         }
-        assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Cached(_)));
+        assert!(matches!(picture_cache.subscribe(key(1), Queue::Interactive), Lookup::Cached(_)));
         assert_eq!(queue.recv().await.unwrap().0, key(1));
     }
 
     #[tokio::test]
     async fn picture_can_be_requested_again_when_its_render_failed() {
         let (_dir, picture_cache, _queue) = picture_cache();
-        let Lookup::Leader(mut waiter) = picture_cache.subscribe(key(1)) else {
+        let Lookup::Leader(mut waiter) = picture_cache.subscribe(key(1), Queue::Interactive) else {
             panic!("the first request must lead")
         };
         picture_cache.fail([key(1)], &Failure::Busy);
         let outcome = waiter.wait_for(Option::is_some).await.unwrap().clone().unwrap();
         assert_eq!(outcome, Err(Failure::Busy));
-        assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Leader(_)));
+        assert!(matches!(picture_cache.subscribe(key(1), Queue::Interactive), Lookup::Leader(_)));
+    }
+
+    #[test]
+    fn progress_of_a_worker_is_a_share_whatever_it_sends() {
+        let (_dir, picture_cache, _queue) = picture_cache();
+        let waiter = picture_cache.subscribe(key(1), Queue::Batch);
+        for (sent, kept) in [(0.5, 0.5), (f32::NAN, 0.0), (-3.0, 0.0), (f32::INFINITY, 1.0)] {
+            picture_cache.note_progress(&[key(1), key(2)], sent);
+            assert_eq!(
+                (picture_cache.progress(key(1)), picture_cache.progress(key(2))),
+                (kept, 0.0)
+            );
+        }
+        assert!(!picture_cache.any_urgent(&[key(1), key(2)]));
+        drop(picture_cache.subscribe(key(1), Queue::Interactive));
+        assert!(picture_cache.any_urgent(&[key(1), key(2)]));
+        drop(waiter);
     }
 
     #[test]
     fn render_is_abandoned_when_its_clients_have_gone() {
         let (_dir, picture_cache, _queue) = picture_cache();
-        let first = picture_cache.subscribe(key(1));
-        let second = picture_cache.subscribe(key(1));
+        let first = picture_cache.subscribe(key(1), Queue::Interactive);
+        let second = picture_cache.subscribe(key(1), Queue::Interactive);
         drop(first);
         assert!(!picture_cache.end_if_abandoned(&[key(1)]), "a client still waits");
         drop(second);
         assert!(picture_cache.end_if_abandoned(&[key(1)]));
         assert!(!picture_cache.end_if_abandoned(&[key(1)]), "it is not in flight any more");
-        drop(picture_cache.subscribe(key(1)));
+        drop(picture_cache.subscribe(key(1), Queue::Interactive));
         picture_cache.keep_wanted(key(1), Duration::from_secs(60));
         assert!(!picture_cache.end_if_abandoned(&[key(1)]), "the client comes again");
         picture_cache.reserve([key(2)]);
-        drop(picture_cache.subscribe(key(2)));
+        drop(picture_cache.subscribe(key(2), Queue::Interactive));
         assert!(!picture_cache.end_if_abandoned(&[key(2)]), "a brood's pictures are always wanted");
     }
 
     #[test]
     fn missing_subject_is_not_requested_again() {
         let (_dir, picture_cache, _queue) = picture_cache();
-        assert!(matches!(picture_cache.subscribe(key(1)), Lookup::Leader(_)));
+        assert!(matches!(picture_cache.subscribe(key(1), Queue::Interactive), Lookup::Leader(_)));
         picture_cache.fail([key(1)], &Failure::Missing("no mask".into()));
-        let again = picture_cache.subscribe(key(1));
+        let again = picture_cache.subscribe(key(1), Queue::Interactive);
         assert!(matches!(&again, Lookup::Missing(reason) if **reason == *"no mask"), "{again:?}");
     }
 
     #[tokio::test]
     async fn request_gets_a_picture_that_reached_the_disk_while_its_job_was_queued() {
         let (_dir, picture_cache, _queue) = picture_cache();
-        let Lookup::Leader(mut waiter) = picture_cache.subscribe(key(1)) else {
+        let Lookup::Leader(mut waiter) = picture_cache.subscribe(key(1), Queue::Interactive) else {
             panic!("the first request must lead")
         };
         assert!(!picture_cache.complete_if_cached(key(1)));
