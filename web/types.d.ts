@@ -385,7 +385,7 @@ export interface components {
             theta_deg: number;
         };
         /**
-         * @description Answer to a request with `Prefer: respond-async` that was not ready at once. It is kept in
+         * @description Answer to a request with `Prefer: respond-async` that was not ready in time. It is kept in
          *     memory for a limited time and is lost when the server restarts.
          */
         DeferredAnswer: {
@@ -415,12 +415,13 @@ export interface components {
             method: string;
             /**
              * Format: double
-             * @description Share of its pictures that are rendered, or of its children that are made, 0 to 1.
+             * @description Share of its pictures that are rendered, or of its children that are made, 0 to 1;
+             *     approximate within a picture.
              */
             progress: number;
             /** @description Reason of a failure. */
             reason?: string | null;
-            /** @description Address of the request. */
+            /** @description Path and query of the request. */
             request: string;
             /** @description State of the job: `running`, `succeeded`, `failed` or `cancelled`. */
             state: components["schemas"]["JobStatus"];

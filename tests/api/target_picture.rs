@@ -139,12 +139,11 @@ async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
     assert!(count("used") > 800 && count("edge") > 50 && count("unlit") > 50, "{view}");
     assert_eq!(target["samples"], view["pixels"]["used"]);
     // The strategy if none is chosen: models, or one that continues from programs.
-    let mut begun = Vec::new();
     for (start, strategy) in [(json!([]), "analytic"), (json!([individual]), "hybrid")] {
         let body = json!({"kind": "fit", "target": target["id"], "generations": 1, "start": start});
         let job = server.post("/v1/jobs", &body).await.expect(202).json();
         assert_eq!(job["strategy"], strategy);
-        begun.push(text_of(&job["id"]));
+        server.job_once(&text_of(&job["id"]), is_done).await;
     }
     // Its pictures.
     let shown = server.get(&format!("{place}/views/0/picture.png")).await.expect(200);
@@ -209,9 +208,6 @@ async fn material_is_recovered_from_a_picture_of_an_uploaded_mesh() {
     let again = server.get(&format!("{place}/views/0/picture.png")).await.expect(200).picture();
     assert_eq!(again, shown);
     assert_eq!(searched(&server, &target).await["population"], job["population"]);
-    for id in &begun {
-        server.job_once(id, is_done).await;
-    }
     server.delete(&place).await.expect(204);
     server.get(&format!("{place}/views/0/picture.png")).await.problem(404);
     server.get(&over).await.problem(404);

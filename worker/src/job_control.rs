@@ -30,8 +30,8 @@ impl JobControl {
         self.steps.fetch_add(rays, Ordering::Relaxed);
     }
 
-    /// Returns the share of the job that is rendered, 0 to 1. It is approximate: a job may have more
-    /// rays than its least number.
+    /// Returns the share of the job that is rendered, 0 to 1. It is approximate: a job may have
+    /// more rays than its least number.
     pub(crate) fn progress(&self) -> f32 {
         let all = (STEPS * self.rays).max(1) as f32;
         (self.steps.load(Ordering::Relaxed) as f32 / all).min(1.0)

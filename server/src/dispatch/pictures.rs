@@ -181,8 +181,8 @@ impl PictureService {
         Ok(render_work(&framed.frame, items))
     }
 
-    /// Moves the waiting batch job of one of these pictures to the interactive queue, if it is small
-    /// enough for that queue.
+    /// Moves the waiting batch job of one of these pictures to the interactive queue, if it is
+    /// small enough for that queue.
     fn move_to_interactive(&self, keys: &[PictureKey], client: Client) {
         if keys.iter().any(|key| self.queue.move_to_interactive(*key, client)) {
             self.interactive.notify.notify_one();

@@ -24,8 +24,8 @@ const APPLIED: HeaderName = HeaderName::from_static("preference-applied");
 /// Time after which an answer is deferred if the request has no `wait`.
 const WAIT: Duration = Duration::from_millis(100);
 
-/// Answers with 202 and a job if the request has `Prefer: respond-async` and its answer is not ready
-/// in time.
+/// Answers with 202 and a job if the request has `Prefer: respond-async` and its answer is not
+/// ready in time.
 ///
 /// # Errors
 /// 503 if too many answers are deferred.
