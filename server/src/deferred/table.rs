@@ -234,22 +234,20 @@ impl Deferred {
         self.end(id, State::Answered { at_ms: now_ms(), answer: Box::new(answer) });
     }
 
-    /// Ends a running job. Returns false if there is none with this id.
-    fn end(&self, id: JobId, state: State) -> bool {
+    /// Sets the final state of a job. A job that has ended stays as it is.
+    fn end(&self, id: JobId, state: State) {
         {
             let mut jobs = self.lock();
             let running = jobs.get(&id).filter(|job| job.state.ended_ms().is_none());
-            let Some(client) = running.map(|job| job.request.client) else { return false };
+            let Some(client) = running.map(|job| job.request.client) else { return };
             make_space(&mut jobs, client, state.bytes());
-            match jobs.get_mut(&id) {
-                Some(job) => job.state = state,
-                None => return false,
+            if let Some(job) = jobs.get_mut(&id) {
+                job.state = state;
             }
         }
         if let Some(DeferredAnswer { state, reason, .. }) = self.job(id) {
             self.events.job(id, "state", &json!({ "id": id, "state": state, "reason": reason }));
         }
-        true
     }
 
     /// Returns a job.

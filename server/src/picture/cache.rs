@@ -52,7 +52,7 @@ struct InFlight {
     wanted: Wanted,
     /// Share that is rendered, 0 to 1.
     progress: f32,
-    /// True if a client waits for it who does not want it from a batch job.
+    /// True if a client that waits for it asked for an interactive job.
     is_urgent: bool,
 }
 
@@ -157,13 +157,13 @@ impl PictureCache {
         reserved
     }
 
-    /// True if a client waits for one of these pictures who does not want it from a batch job.
+    /// True if a client that waits for one of these pictures asked for an interactive job.
     pub fn any_urgent(&self, keys: &[PictureKey]) -> bool {
         let in_flight = self.lock();
         keys.iter().any(|key| in_flight.get(key).is_some_and(|render| render.is_urgent))
     }
 
-    /// Returns the picture, or a receiver for its result, which is to be rendered by a job of this
+    /// Returns the picture, or a receiver for its result, from a client that asks for a job of this
     /// queue.
     pub fn subscribe(&self, key: PictureKey, queue: Queue) -> Lookup {
         if let Some(bytes) = self.memory.get(&key) {
