@@ -31,17 +31,16 @@ from .export import ExportJob
 from .generation import Generation
 from .genome import ExportFormat, Model, Parameter, Preset
 from .individual import Individual
+from .job import DeferredAnswer, RenderJob
 from .lineage import Lineage
 from .record import Record
 from .retry import Retry
 from .scene import Asset, Mesh, MeshWarning, Scene
 from .search import (
-    DeferredAnswer,
     FoundMaterial,
     FoundView,
     MaterialSpread,
     NextScene,
-    RenderJob,
     Search,
     SearchLine,
 )

@@ -15,6 +15,7 @@ from .event import Event, Watch
 from .export import ExportJob
 from .genome import genome_json, genome_text
 from .individual import export, inspection, picture
+from .job import DeferredAnswer, RenderJob
 from .progress import Progress
 from .record import Method, Record, listing, nothing, read_bytes, record_of
 from .retry import Pause, Steps
@@ -24,7 +25,6 @@ __all__ = [
     "FoundView",
     "MaterialSpread",
     "NextScene",
-    "RenderJob",
     "Search",
     "SearchLine",
 ]
@@ -93,7 +93,7 @@ def search(search: Ref) -> Call[Search]:
 
 
 def job(job: Ref) -> Call[Search | ExportJob | RenderJob | DeferredAnswer]:
-    """Returns a job: a search, an export, a deferred answer, or one that renders a brood's pictures."""
+    """Returns a job: a search, an export, a deferred answer, or the render job of a brood."""
 
     def read(
         answer: httpx.Response, client: Sender | None
@@ -467,53 +467,3 @@ class SearchLine(Record):
     diversity: float | None = None
     repeats: int | None = None
     best: str | None = None
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RenderJob(Record):
-    """Job that renders the pictures of a brood.
-
-    Attributes:
-        id: Id of the job.
-        state: `queued`, `running`, `succeeded` or `failed`.
-        reason: Reason of a failure.
-        times: Durations in microseconds, once it has succeeded.
-        work: Counters, once it has succeeded.
-    """
-
-    id: str
-    state: str
-    reason: str | None = None
-    times: Mapping[str, int] | None = field(default=None, hash=False)
-    work: Mapping[str, int] | None = field(default=None, hash=False, repr=False)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DeferredAnswer(Record):
-    """Answer to a request with `Prefer: respond-async` that was not ready in time.
-
-    Attributes:
-        id: Id of the job.
-        state: `running`, `succeeded`, `failed` or `cancelled`.
-        progress: Share of its pictures or children that are made, 0 to 1.
-        method: Method of the request.
-        request: Path and query of the request.
-        created_ms: Time of the request, in milliseconds since 1970-01-01 UTC.
-        status: Status of the answer, once it is ready.
-        answer: Path of the answer, once it is ready; `Client.request` reads it.
-        reason: Reason of a failure.
-        ended_ms: Time of the end.
-        expires_ms: Time at which the answer is deleted.
-    """
-
-    id: str
-    state: str
-    progress: float
-    method: str
-    request: str
-    created_ms: int
-    status: int | None = None
-    answer: str | None = None
-    reason: str | None = None
-    ended_ms: int | None = None
-    expires_ms: int | None = None

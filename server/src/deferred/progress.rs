@@ -1,4 +1,4 @@
-//! Progress of a request whose answer is deferred, and the time that such a request may take.
+//! Progress of a request whose answer may be deferred, and the time that such a request may take.
 //!
 //! The task that handles the request finds its progress by [`AnswerProgress::current`]. Tasks and
 //! threads that it starts do not inherit it: pass it to them.
@@ -49,13 +49,13 @@ impl Drop for Part {
 }
 
 impl AnswerProgress {
-    /// Returns the progress of the request that this task handles; `None` unless its answer is
-    /// deferred.
+    /// Returns the progress of the request that this task handles; `None` unless the request has
+    /// `Prefer: respond-async`.
     pub fn current() -> Option<Arc<Self>> {
         PROGRESS.try_with(Arc::clone).ok()
     }
 
-    /// Notes the number of parts of the answer that this task makes.
+    /// Adds to the number of parts that the answer of this task will have.
     pub fn expect(parts: usize) {
         if let Some(progress) = Self::current() {
             progress.lock().expected += parts;
@@ -67,7 +67,7 @@ impl AnswerProgress {
         PROGRESS.scope(self, future).await
     }
 
-    /// Notes that the request waits for a picture.
+    /// Adds a picture that the request waits for.
     pub fn begin(self: &Arc<Self>, key: PictureKey) -> Part {
         let mut parts = self.lock();
         parts.begun += 1;
@@ -75,7 +75,7 @@ impl AnswerProgress {
         Part { progress: self.clone(), key }
     }
 
-    /// Notes that more parts are ready.
+    /// Adds parts that are ready.
     pub fn step(&self, parts: usize) {
         let mut all = self.lock();
         all.begun += parts;

@@ -141,8 +141,8 @@ impl PictureService {
         PendingGrant::new(self, ticket, LeaseGrant { ticket, job: id, ttl_ms, work })
     }
 
-    /// Renews a lease, and notes the job's progress. Ends it and its job if no client waits for any
-    /// of its pictures: the worker then stops rendering.
+    /// Renews a lease and stores the progress of its job. If no client waits for any of the
+    /// pictures, lease and job end, and the worker stops rendering.
     ///
     /// # Errors
     /// 409 if the lease is not valid any more.
