@@ -121,8 +121,9 @@ pub async fn resume(
     change(&app, id, key, SearchChange::Resume).await
 }
 
-/// Cancels a search, an export or a deferred answer. The best result of a search is kept; the files
-/// of an export are deleted.
+/// Cancels a search, an export or a deferred answer.
+///
+/// A search keeps its best result. The server deletes the files of an export.
 #[utoipa::path(post, path = "/v1/jobs/{id}/cancel", operation_id = "cancel_job", tag = "jobs",
     params(("id" = JobId, Path), IdempotencyKey),
     responses((status = 200, description = "job after the change", body = AnyJob)))]
