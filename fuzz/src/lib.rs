@@ -12,7 +12,8 @@ use brood_genome::Genome;
 use brood_light::IesProfile;
 use brood_mesh::{ObjLimits, parse_obj};
 use brood_protocol::{
-    ExportReport, LeaseRequest, LeaseResults, LeaseTicket, RenderJob, SearchReport, decode,
+    ExportReport, LeaseRenewal, LeaseRequest, LeaseResults, LeaseTicket, RenderJob, SearchReport,
+    decode,
 };
 use brood_scene::Scene;
 use brood_target::{PictureBundle, TargetFile, TargetKind};
@@ -113,6 +114,7 @@ fn same_bytes(genome: &Genome) {
 fn message(bytes: &[u8]) {
     drop(decode::<LeaseRequest>(bytes));
     drop(decode::<LeaseTicket>(bytes));
+    drop(decode::<LeaseRenewal>(bytes));
     drop(decode::<LeaseResults>(bytes));
     drop(decode::<SearchReport>(bytes));
     drop(decode::<ExportReport>(bytes));
@@ -207,6 +209,10 @@ mod tests {
         decode_image(&seed("image", "small.png")).unwrap();
         TargetFile::read(TargetKind::Samples, &seed("samples", "grey.csv")).unwrap();
         serde_json::from_slice::<Scene>(&seed("scene", "lights.json")).unwrap().validate().unwrap();
+        decode::<LeaseRequest>(&seed("message", "request")).unwrap();
         decode::<LeaseTicket>(&seed("message", "ticket")).unwrap();
+        decode::<LeaseRenewal>(&seed("message", "renewal")).unwrap();
+        decode::<LeaseResults>(&seed("message", "results")).unwrap();
+        decode::<LeaseResults>(&seed("message", "failed")).unwrap();
     }
 }
