@@ -62,14 +62,15 @@ export function pictureLoaded(url) {
 }
 
 /**
- * Requests a picture again after a while, and less often once it counts as failed.
+ * Requests a picture again after a while, and less often once it counts as failed. At every other
+ * failure it also asks the server for the reason.
  * @param {string} url
  * @returns {boolean} true if it counts as failed
  */
 export function pictureFailed(url) {
   if (timers.has(url)) return false;
   const tried = lineageStore.pictureRetries.value.get(url) ?? 0;
-  if (tried === 1) void endIfRefused(url);
+  if (tried % 2 === 1) void endIfRefused(url);
   const failed = tried >= RETRIES;
   if (failed) lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
   const delay = failed ? SLOW_MS : 500 * 2 ** Math.min(tried, 4);
@@ -92,10 +93,14 @@ async function endIfRefused(url) {
   lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
 }
 
-/** Requests a picture again. @param {string} url */
+/**
+ * Requests a picture again.
+ * @param {string} url
+ */
 export function retryPicture(url) {
   forgetTimer(url);
-  if (lineageStore.refusedPictures.value.has(url)) {
+  const wasRefused = lineageStore.refusedPictures.value.has(url);
+  if (wasRefused) {
     const refused = new Map(lineageStore.refusedPictures.value);
     refused.delete(url);
     lineageStore.refusedPictures.value = refused;
@@ -104,7 +109,8 @@ export function retryPicture(url) {
     lineageStore.failedPictures.value = remove(lineageStore.failedPictures.value, url);
   lineageStore.pictureRetries.value = new Map(lineageStore.pictureRetries.value).set(
     url,
-    (lineageStore.pictureRetries.value.get(url) ?? 0) + 1,
+    // An odd number again after an odd one: its next failure asks for the reason at once.
+    (lineageStore.pictureRetries.value.get(url) ?? 0) + (wasRefused ? 2 : 1),
   );
 }
 
