@@ -1,11 +1,11 @@
 //! Check of a whole database: its pages, references between rows, and genomes against their hashes.
 
 use brood_genome::{Genome, GenomeHash};
-use sqlx::{Row as _, SqliteConnection};
 
 use crate::error::Result;
 use crate::genome;
-use crate::row::{Columns, Key};
+use crate::row::Key;
+use crate::sql::{Conn, query};
 use crate::{StorageError, Store, StoredGenome};
 
 /// Number of genomes that are read together.
@@ -38,8 +38,8 @@ impl Store {
         let mut last = Vec::new();
         loop {
             let next = "SELECT hash FROM genome WHERE hash > ? ORDER BY hash LIMIT ?";
-            let rows = sqlx::query(next).bind(&last).bind(BATCH).fetch_all(&mut *conn).await?;
-            let hashes = rows.iter().map(|row| Columns::column(row, "hash"));
+            let rows = query(next).bind(last.as_slice()).bind(BATCH).fetch_all(&mut conn).await?;
+            let hashes = rows.iter().map(|row| row.column("hash"));
             let hashes: Vec<GenomeHash> = hashes.collect::<Result<_>>()?;
             let Some(end) = hashes.last() else { break };
             checked.genomes += hashes.len() as u64;
@@ -57,34 +57,31 @@ impl Store {
 }
 
 /// Problems of pages, indexes and constraints.
-async fn structure(conn: &mut SqliteConnection) -> Result<Vec<String>> {
-    let rows = sqlx::query("PRAGMA integrity_check(20)").fetch_all(conn).await?;
-    let words = rows.iter().map(|row| Ok(row.try_get::<String, _>(0)?));
+async fn structure(conn: &mut Conn) -> Result<Vec<String>> {
+    let rows = query("PRAGMA integrity_check(20)").fetch_all(conn).await?;
+    let words = rows.iter().map(|row| Ok(row.column("integrity_check")?));
     let words = words.collect::<Result<Vec<_>>>()?;
     Ok(if words == ["ok"] { Vec::new() } else { words })
 }
 
 /// Rows that refer to missing rows.
-async fn references(conn: &mut SqliteConnection) -> Result<Vec<String>> {
-    let rows = sqlx::query(
-        "SELECT \"table\", parent, count(*) FROM pragma_foreign_key_check
+async fn references(conn: &mut Conn) -> Result<Vec<String>> {
+    let rows = query(
+        "SELECT \"table\", parent, count(*) AS missing FROM pragma_foreign_key_check
          GROUP BY \"table\", parent",
     )
     .fetch_all(conn)
     .await?;
     let words = rows.iter().map(|row| {
-        let (table, parent): (String, String) = (row.try_get(0)?, row.try_get(1)?);
-        let count: i64 = row.try_get(2)?;
+        let (table, parent): (String, String) = (row.column("table")?, row.column("parent")?);
+        let count: u64 = row.column("missing")?;
         Ok(format!("{count} rows of {table} refer to a missing row of {parent}"))
     });
     words.collect()
 }
 
 /// Problems of genomes. They are read one by one if one of them is damaged.
-async fn damaged_genomes(
-    conn: &mut SqliteConnection,
-    hashes: &[GenomeHash],
-) -> Result<Vec<String>> {
+async fn damaged_genomes(conn: &mut Conn, hashes: &[GenomeHash]) -> Result<Vec<String>> {
     match genome::read(conn, hashes).await {
         Ok(found) => Ok(found.into_iter().filter_map(not_a_genome).collect()),
         // This genome is damaged, or one that it is packed against.

@@ -1,12 +1,11 @@
 //! The write-ahead log: copying it into the database, and closing the connection that writes it.
 
-use sqlx::{Connection, Row, SqliteConnection};
-
 use crate::StorageError;
 use crate::error::Result;
+use crate::sql::{Conn, query};
 
 /// Closes the connection. The owner of the data directory also writes the log back.
-pub(crate) async fn close_connection(mut conn: SqliteConnection, owner: bool) -> Result<()> {
+pub(crate) async fn close_connection(mut conn: Conn, owner: bool) -> Result<()> {
     if owner {
         match truncate_log(&mut conn).await {
             Ok(true) => {}
@@ -23,16 +22,16 @@ pub(crate) async fn close_connection(mut conn: SqliteConnection, owner: bool) ->
             }
         }
     }
-    Ok(conn.close().await?)
+    conn.close().await
 }
 
 /// Writes the log back and truncates it. Returns true if no reader blocked the checkpoint.
-async fn truncate_log(conn: &mut SqliteConnection) -> Result<bool> {
-    let row = sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(conn).await?;
-    Ok(row.try_get::<i64, _>(0)? == 0)
+async fn truncate_log(conn: &mut Conn) -> Result<bool> {
+    let checkpoint = query("PRAGMA wal_checkpoint(TRUNCATE)");
+    Ok(checkpoint.fetch_value::<i64>(conn).await? == 0)
 }
 
 /// Runs a checkpoint pragma. Returns the number of pages in the log.
-pub(crate) async fn run_checkpoint(conn: &mut SqliteConnection, sql: &'static str) -> Result<i64> {
-    Ok(sqlx::query(sql).fetch_one(conn).await?.try_get(1)?)
+pub(crate) async fn run_checkpoint(conn: &mut Conn, sql: &'static str) -> Result<i64> {
+    query(sql).fetch_one(conn).await?.column(1)
 }

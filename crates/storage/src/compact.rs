@@ -5,11 +5,11 @@ use std::path::Path;
 
 use brood_genome::{Genome, GenomeHash};
 use brood_protocol::GenerationId;
-use sqlx::{Connection, SqliteConnection};
 
 use crate::error::Result;
 use crate::genome::{self, Bases};
-use crate::row::{Columns, Key, corrupt_column};
+use crate::row::{Key, corrupt_column};
+use crate::sql::{Conn, query};
 use crate::store::Opened;
 use crate::{StorageError, Store, StoredGenome};
 
@@ -56,8 +56,8 @@ impl Store {
         let conn = &mut opened.conn;
         let genomes = pack_children(conn, &packed).await?;
         let genomes = pack_others(conn, genomes, &packed).await?;
-        sqlx::query("VACUUM").execute(&mut *conn).await?;
-        sqlx::query("PRAGMA wal_checkpoint(TRUNCATE)").execute(&mut *conn).await?;
+        query("VACUUM").execute(conn).await?;
+        query("PRAGMA wal_checkpoint(TRUNCATE)").execute(conn).await?;
         let bytes_after = opened.bytes()?;
         opened.conn.close().await?;
         Ok(Compacted { genomes, bytes_before, bytes_after })
@@ -65,46 +65,42 @@ impl Store {
 }
 
 /// Packs the genomes that are not parents, against their parents. Returns their number.
-async fn pack_children(conn: &mut SqliteConnection, packed: impl Fn(u64)) -> Result<u64> {
+async fn pack_children(conn: &mut Conn, packed: impl Fn(u64)) -> Result<u64> {
     let (mut last, mut count) = (Vec::new(), 0);
     loop {
-        let mut batch = conn.begin().await?;
-        let end = sqlx::query(LAST_GENERATION).bind(&last).bind(BATCH).fetch_one(&mut *batch);
+        let end = query(LAST_GENERATION).bind(last.as_slice()).bind(BATCH).fetch_one(conn);
         let Some(end) = end.await?.column::<Option<Vec<u8>>>("id")? else { return Ok(count) };
-        let rows = sqlx::query(CHILDREN).bind(&last).bind(BATCH).fetch_all(&mut *batch).await?;
+        let rows = query(CHILDREN).bind(last.as_slice()).bind(BATCH).fetch_all(conn).await?;
         let children =
             rows.iter().map(|row| Ok((row.column("generation_id")?, row.column("hash")?)));
         let children: Vec<(GenerationId, GenomeHash)> = children.collect::<Result<_>>()?;
+        query("BEGIN IMMEDIATE").execute(conn).await?;
         for brood in children.chunk_by(|one, next| one.0 == next.0) {
-            let bases = Bases::of(&mut batch, brood[0].0, brood.len()).await?;
+            let bases = Bases::of(conn, brood[0].0, brood.len()).await?;
             for &(_, hash) in brood {
-                pack(&mut batch, hash, &bases).await?;
+                pack(conn, hash, &bases).await?;
             }
         }
         count += children.len() as u64;
-        batch.commit().await?;
+        query("COMMIT").execute(conn).await?;
         packed(count);
         last = end;
     }
 }
 
 /// Packs the remaining genomes against none. Returns `count` plus their number.
-async fn pack_others(
-    conn: &mut SqliteConnection,
-    mut count: u64,
-    packed: impl Fn(u64),
-) -> Result<u64> {
+async fn pack_others(conn: &mut Conn, mut count: u64, packed: impl Fn(u64)) -> Result<u64> {
     let (mut last, alone) = (Vec::new(), Bases::default());
     loop {
-        let mut batch = conn.begin().await?;
-        let rows = sqlx::query(UNPACKED).bind(&last).bind(BATCH).fetch_all(&mut *batch).await?;
+        let rows = query(UNPACKED).bind(last.as_slice()).bind(BATCH).fetch_all(conn).await?;
         let hashes = rows.iter().map(|row| row.column("hash"));
         let hashes: Vec<GenomeHash> = hashes.collect::<Result<_>>()?;
         let Some(end) = hashes.last() else { return Ok(count) };
+        query("BEGIN IMMEDIATE").execute(conn).await?;
         for &hash in &hashes {
-            pack(&mut batch, hash, &alone).await?;
+            pack(conn, hash, &alone).await?;
         }
-        batch.commit().await?;
+        query("COMMIT").execute(conn).await?;
         count += hashes.len() as u64;
         packed(count);
         last = end.key().to_vec();
@@ -113,7 +109,7 @@ async fn pack_others(
 
 /// Packs one genome. One that is stored as text gets its canonical bytes, and one without layers in
 /// their column gets them: packed bytes are not decoded for them.
-async fn pack(conn: &mut SqliteConnection, hash: GenomeHash, bases: &Bases) -> Result<()> {
+async fn pack(conn: &mut Conn, hash: GenomeHash, bases: &Bases) -> Result<()> {
     let stored = genome::read(conn, &[hash]).await?.remove(&hash).ok_or(StorageError::NotFound)?;
     let bytes = match stored {
         StoredGenome::Bytes(bytes) => bytes,

@@ -2,7 +2,6 @@
 //! paths.
 
 use sqlx::error::ErrorKind;
-use sqlx::sqlite::SqliteQueryResult;
 
 /// Error of a store operation.
 #[derive(Debug, thiserror::Error)]
@@ -140,13 +139,13 @@ impl From<sqlx::Error> for StorageError {
 }
 
 /// Returns `otherwise` as the error if a write changed no row.
-pub(crate) fn changed(done: &SqliteQueryResult, otherwise: StorageError) -> Result<()> {
-    if done.rows_affected() == 0 { Err(otherwise) } else { Ok(()) }
+pub(crate) fn changed(rows: u64, otherwise: StorageError) -> Result<()> {
+    if rows == 0 { Err(otherwise) } else { Ok(()) }
 }
 
 /// Converts a violated uniqueness constraint into a conflict described by `what`.
-pub(crate) fn unique_conflict(what: &'static str) -> impl Fn(sqlx::Error) -> StorageError {
-    move |error| match StorageError::from(error) {
+pub(crate) fn unique_conflict(what: &'static str) -> impl Fn(StorageError) -> StorageError {
+    move |error| match error {
         StorageError::Conflict { .. } => StorageError::Conflict { what },
         other => other,
     }

@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 
 use brood_genome::GenomeHash;
 use brood_protocol::{JobId, JobStatus};
-use sqlx::SqliteConnection;
 
 use crate::error::{LEASE_ENDED, Result, changed};
-use crate::row::{Key, Record, insert_rows, record, returning, select, signed};
+use crate::row::{Key, Record, insert_rows, record, returning, select, signed, values};
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
 
@@ -139,7 +139,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn export(&self, id: JobId) -> Result<StoredExport> {
-        fetch(&mut *self.reader().await?, id).await
+        fetch(&mut self.reader().await?, id).await
     }
 
     /// Returns the plan of an export and its files on disk, by number.
@@ -148,12 +148,12 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn export_plan(&self, id: JobId) -> Result<(String, Vec<StoredExportFile>)> {
         let mut conn = self.snapshot().await?;
-        let plan = sqlx::query_scalar("SELECT plan_json FROM export WHERE id = ?").bind(id.key());
-        let plan = plan.fetch_one(&mut *conn).await?;
+        let plan = query("SELECT plan_json FROM export WHERE id = ?").bind(id.key());
+        let plan = plan.fetch_value(&mut conn).await?;
         let files = select::<StoredExportFile>(
             "FROM export_file WHERE export_id = ? AND bytes IS NOT NULL ORDER BY number",
         );
-        let files = files.bind(id.key()).fetch_all(&mut *conn).await?;
+        let files = files.bind(id.key()).fetch_all(&mut conn).await?;
         let files: Result<_> = files.iter().map(StoredExportFile::read).collect();
         Ok((plan, files?))
     }
@@ -164,7 +164,7 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn exports(&self) -> Result<Vec<StoredExport>> {
         let rows = select::<StoredExport>("FROM export ORDER BY id");
-        let rows = rows.fetch_all(&mut *self.reader().await?).await?;
+        let rows = rows.fetch_all(&mut self.reader().await?).await?;
         rows.iter().map(StoredExport::read).collect()
     }
 
@@ -174,7 +174,7 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn any_export_queued(&self) -> Result<bool> {
         let sql = "SELECT EXISTS (SELECT 1 FROM export WHERE state = 'queued')";
-        Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
+        query(sql).fetch_value(&mut self.reader().await?).await
     }
 
     /// Returns the number of exports in each state, by its name.
@@ -194,7 +194,7 @@ impl Store {
         let worker = worker.to_owned();
         self.write_relaxed(operation!(|conn| {
             let query = returning::<ClaimedExport>(CLAIM).bind(worker).bind(now_ms);
-            let Some(row) = query.fetch_optional(&mut *conn).await? else { return Ok(None) };
+            let Some(row) = query.fetch_optional(conn).await? else { return Ok(None) };
             let mut claimed = ClaimedExport::read(&row)?;
             let missing = select::<NewExportFile>(
                 "FROM export_file WHERE export_id = ? AND bytes IS NULL ORDER BY number",
@@ -221,19 +221,19 @@ impl Store {
         self.write(operation!(|conn| {
             let held = "UPDATE export SET deaths = 0
                 WHERE id = ? AND epoch = ? AND state = 'running'";
-            let held = sqlx::query(held).bind(id.key()).bind(signed(epoch));
-            changed(&held.execute(&mut *conn).await?, LEASE_ENDED)?;
+            let held = query(held).bind(id.key()).bind(signed(epoch));
+            changed(held.execute(conn).await?, LEASE_ENDED)?;
             let made = "UPDATE export_file SET bytes = ?, note = ?
                 WHERE export_id = ? AND number = ?";
-            let made = sqlx::query(made)
+            let made = query(made)
                 .bind(signed(file.bytes))
                 .bind(file.note)
                 .bind(id.key())
                 .bind(file.number)
-                .execute(&mut *conn)
+                .execute(conn)
                 .await?;
-            changed(&made, StorageError::NotFound)?;
-            sqlx::query(SUCCEED).bind(now_ms).bind(id.key()).execute(&mut *conn).await?;
+            changed(made, StorageError::NotFound)?;
+            query(SUCCEED).bind(now_ms).bind(id.key()).execute(conn).await?;
             fetch(conn, id).await
         }))
         .await
@@ -251,7 +251,7 @@ impl Store {
     ) -> Result<StoredExport> {
         self.write(operation!(|conn| {
             let failed = (JobStatus::Failed, Some(reason));
-            changed(&end(conn, (id, Some(epoch)), failed, now_ms).await?, LEASE_ENDED)?;
+            changed(end(conn, (id, Some(epoch)), failed, now_ms).await?, LEASE_ENDED)?;
             fetch(conn, id).await
         }))
         .await
@@ -269,7 +269,7 @@ impl Store {
     ) -> Result<Result<StoredExport, JobStatus>> {
         self.write(operation!(|conn| {
             let cancelled = (JobStatus::Cancelled, None);
-            let done = end(conn, (id, None), cancelled, now_ms).await?.rows_affected();
+            let done = end(conn, (id, None), cancelled, now_ms).await?;
             let export = fetch(conn, id).await?;
             Ok(if done == 0 { Err(export.state) } else { Ok(export) })
         }))
@@ -288,15 +288,15 @@ impl Store {
         now_ms: i64,
     ) -> Result<StoredExport> {
         self.write_relaxed(operation!(|conn| {
-            let done = sqlx::query(RELEASE)
+            let done = query(RELEASE)
                 .bind(i64::from(worker_died))
                 .bind(MAX_DEATHS)
                 .bind(now_ms)
                 .bind(id.key())
                 .bind(signed(epoch))
-                .execute(&mut *conn)
+                .execute(conn)
                 .await?;
-            changed(&done, LEASE_ENDED)?;
+            changed(done, LEASE_ENDED)?;
             let export = fetch(conn, id).await?;
             if export.state == JobStatus::Failed {
                 forget_all(conn, id).await?;
@@ -314,7 +314,7 @@ impl Store {
         self.write_relaxed(operation!(|conn| {
             let sql = "UPDATE export SET state = 'queued', epoch = epoch + 1, worker = NULL
                            WHERE state = 'running'";
-            Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
+            Ok(query(sql).execute(conn).await?)
         }))
         .await
     }
@@ -326,7 +326,7 @@ impl Store {
     pub async fn delete_export(&self, id: JobId) -> Result<()> {
         self.write(operation!(|conn| {
             let sql = "DELETE FROM export WHERE id = ? AND state NOT IN ('queued', 'running')";
-            changed(&sqlx::query(sql).bind(id.key()).execute(conn).await?, StorageError::NotFound)
+            changed(query(sql).bind(id.key()).execute(conn).await?, StorageError::NotFound)
         }))
         .await
     }
@@ -340,27 +340,26 @@ impl Store {
             for number in numbers {
                 let sql = "UPDATE export_file SET bytes = NULL, note = NULL
                     WHERE export_id = ? AND number = ?";
-                sqlx::query(sql).bind(id.key()).bind(number).execute(&mut *conn).await?;
+                query(sql).bind(id.key()).bind(number).execute(conn).await?;
             }
             let sql = "UPDATE export SET state = 'queued', epoch = epoch + 1, ended_ms = NULL
                 WHERE id = ? AND state = 'succeeded' AND EXISTS (
                     SELECT 1 FROM export_file WHERE export_id = export.id AND bytes IS NULL)";
-            sqlx::query(sql).bind(id.key()).execute(conn).await?;
+            query(sql).bind(id.key()).execute(conn).await?;
             Ok(())
         }))
         .await
     }
 }
 
-async fn insert(conn: &mut SqliteConnection, new: NewExport, max_queued: u32) -> Result<()> {
+async fn insert(conn: &mut Conn, new: NewExport, max_queued: u32) -> Result<()> {
     idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
-    let waiting: u32 = sqlx::query_scalar("SELECT count(*) FROM export WHERE state = 'queued'")
-        .fetch_one(&mut *conn)
-        .await?;
+    let waiting = query("SELECT count(*) FROM export WHERE state = 'queued'");
+    let waiting: u32 = waiting.fetch_value(conn).await?;
     if waiting >= max_queued {
         return Err(StorageError::QueueFull);
     }
-    sqlx::query(
+    query(
         "INSERT INTO export (id, state, epoch, deaths, energy_limit, created_ms, plan_json)
          VALUES (?, 'queued', 0, 0, ?, ?, ?)",
     )
@@ -368,46 +367,48 @@ async fn insert(conn: &mut SqliteConnection, new: NewExport, max_queued: u32) ->
     .bind(new.energy_limit)
     .bind(new.created_ms)
     .bind(new.plan)
-    .execute(&mut *conn)
+    .execute(conn)
     .await?;
     let head = "INSERT INTO export_file (export_id, number, genome_hash, format) ";
-    insert_rows(conn, (head, ""), &new.files, |row, file| {
-        row.push_bind(new.id.key().to_vec())
-            .push_bind(file.number)
-            .push_bind(file.genome.key().to_vec())
-            .push_bind(file.format.clone());
+    insert_rows(conn, (head, ""), &new.files, |file| {
+        values![
+            new.id.key().to_vec(),
+            file.number,
+            file.genome.key().to_vec(),
+            file.format.clone(),
+        ]
     })
     .await
 }
 
 /// Ends a queued or running export without a result, and forgets its files.
 async fn end(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     (id, epoch): (JobId, Option<u64>),
     (state, reason): (JobStatus, Option<String>),
     now_ms: i64,
-) -> Result<sqlx::sqlite::SqliteQueryResult> {
-    let done = sqlx::query(END)
+) -> Result<u64> {
+    let done = query(END)
         .bind(state.name())
         .bind(reason)
         .bind(now_ms)
         .bind(id.key())
         .bind(epoch.map(signed))
-        .execute(&mut *conn)
+        .execute(conn)
         .await?;
-    if done.rows_affected() > 0 {
+    if done > 0 {
         forget_all(conn, id).await?;
     }
     Ok(done)
 }
 
-async fn forget_all(conn: &mut SqliteConnection, id: JobId) -> Result<()> {
+async fn forget_all(conn: &mut Conn, id: JobId) -> Result<()> {
     let sql = "UPDATE export_file SET bytes = NULL, note = NULL WHERE export_id = ?";
-    sqlx::query(sql).bind(id.key()).execute(conn).await?;
+    query(sql).bind(id.key()).execute(conn).await?;
     Ok(())
 }
 
-async fn fetch(conn: &mut SqliteConnection, id: JobId) -> Result<StoredExport> {
+async fn fetch(conn: &mut Conn, id: JobId) -> Result<StoredExport> {
     let query = select::<StoredExport>("FROM export WHERE id = ?").bind(id.key());
     StoredExport::read(&query.fetch_one(conn).await?)
 }

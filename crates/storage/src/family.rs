@@ -88,7 +88,7 @@ impl Store {
             .bind(optional_key(after.as_ref().map(|one| one.generation)))
             .bind(limit)
             .bind(after.map_or(0, |one| one.slot));
-        let rows = query.fetch_all(&mut *conn).await?;
+        let rows = query.fetch_all(&mut conn).await?;
         with_parents(&mut conn, &rows).await
     }
 }

@@ -7,16 +7,12 @@ use std::sync::Arc;
 use brood_protocol::{
     BreedOptions, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
 };
-use sqlx::query::Query;
-use sqlx::sqlite::{SqliteArguments, SqliteRow};
-use sqlx::{Sqlite, SqliteConnection};
 
 use crate::error::changed;
 use crate::genome::{self, Bases, NewGenome};
 use crate::individual::{self, StoredIndividual};
-use crate::row::{
-    Columns, Key, Record, insert_rows, json_set, optional_key, record, select, signed,
-};
+use crate::row::{Key, Record, insert_rows, key_set, optional_key, record, select, signed, values};
+use crate::sql::{Conn, Query, SqlRow, query};
 use crate::writer::operation;
 use crate::{
     CommitTimes, Idempotency, NewPicture, SearchStep, StorageError, Store, idempotency, picture,
@@ -138,7 +134,7 @@ const CHILDREN: &str = "WHERE individual.generation_id IN (SELECT unhex(value) F
      ORDER BY individual.generation_id, individual.slot";
 
 /// Query for generations, to be read by [`read_with_relations`]; `rest` is its end.
-fn select_generations(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
+fn select_generations(rest: &str) -> Query {
     let (options, constraints) = (BreedOptions::COLUMNS, DialectConstraints::COLUMNS);
     select::<StoredGeneration>(&format!(
         ", {options}, {constraints}, centre_id FROM generation {rest}"
@@ -169,7 +165,7 @@ impl Store {
     pub async fn generation(&self, id: GenerationId) -> Result<StoredGeneration, StorageError> {
         let mut conn = self.snapshot().await?;
         let query = select_generations("WHERE id = ?").bind(id.key());
-        let row = query.fetch_one(&mut *conn).await?;
+        let row = query.fetch_one(&mut conn).await?;
         let mut generations = read_with_relations(&mut conn, std::slice::from_ref(&row)).await?;
         generations.pop().ok_or(StorageError::NotFound)
     }
@@ -182,12 +178,12 @@ impl Store {
         &self,
         ids: &[GenerationId],
     ) -> Result<HashMap<GenerationId, u64>, StorageError> {
-        let query = sqlx::query(
+        let query = query(
             "SELECT id, position FROM generation
              WHERE id IN (SELECT unhex(value) FROM json_each(?))",
         )
-        .bind(json_set(ids));
-        let rows = query.fetch_all(&mut *self.reader().await?).await?;
+        .bind(key_set(ids));
+        let rows = query.fetch_all(&mut self.reader().await?).await?;
         rows.iter().map(|row| Ok((row.column("id")?, row.column("position")?))).collect()
     }
 
@@ -203,9 +199,9 @@ impl Store {
         limit: u32,
         individuals: u32,
     ) -> Result<u32, StorageError> {
-        let query = sqlx::query(WITHIN).bind(lineage.key()).bind(after_index.map_or(-1, signed));
+        let query = query(WITHIN).bind(lineage.key()).bind(after_index.map_or(-1, signed));
         let query = query.bind(limit).bind(individuals);
-        let row = query.fetch_one(&mut *self.reader().await?).await?;
+        let row = query.fetch_one(&mut self.reader().await?).await?;
         Ok(row.column::<u32>("within")?.max(1))
     }
 
@@ -224,7 +220,7 @@ impl Store {
         let query =
             select_generations("WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?");
         let query = query.bind(lineage.key()).bind(after_index.map_or(-1, signed)).bind(limit);
-        let rows = query.fetch_all(&mut *conn).await?;
+        let rows = query.fetch_all(&mut conn).await?;
         read_with_relations(&mut conn, &rows).await
     }
 }
@@ -239,7 +235,7 @@ const WITHIN: &str = "SELECT count(*) AS within FROM (
 
 /// Inserts a generation with everything that belongs to it.
 pub(crate) async fn insert(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     new: NewGeneration,
 ) -> Result<StoredGeneration, StorageError> {
     idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
@@ -261,7 +257,7 @@ pub(crate) async fn insert(
 }
 
 /// Inserts the row of the generation. Returns its index.
-async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<u64, StorageError> {
+async fn insert_row(conn: &mut Conn, new: &NewGeneration) -> Result<u64, StorageError> {
     let words = |locks| serde_json::to_string(locks).expect("locks are lists of numbers and words");
     let options = &new.options;
     let locks = options.locks.as_ref().map(words);
@@ -269,7 +265,7 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
     let words =
         |painting| serde_json::to_string(painting).expect("a painting is colours and shares");
     let painting = options.painting.as_ref().map(words);
-    sqlx::query(
+    query(
         "INSERT INTO generation (id, lineage_id, position, seed_bits, centre_id, mutation,
              recombination, curation, isotropic, homogeneous, bumps, saturation, energy_limit,
              locks_json, steer_json, painting_json, created_ms)
@@ -300,13 +296,13 @@ async fn insert_row(conn: &mut SqliteConnection, new: &NewGeneration) -> Result<
 
 /// Inserts the parents of a generation, each with its genome hash. Error if one does not exist.
 async fn insert_parents(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     generation: GenerationId,
     parents: &[ParentRef],
 ) -> Result<(), StorageError> {
     for (place, parent) in (0_i64..).zip(parents) {
         let query = match parent {
-            ParentRef::Individual(id) => sqlx::query(
+            ParentRef::Individual(id) => query(
                 "INSERT INTO generation_parent
                      (generation_id, place, genome_hash, individual_id, parent_generation_id)
                  SELECT ?1, ?2, genome_hash, id, generation_id FROM individual WHERE id = ?3",
@@ -314,7 +310,7 @@ async fn insert_parents(
             .bind(generation.key())
             .bind(place)
             .bind(id.key()),
-            ParentRef::Genome(hash) => sqlx::query(
+            ParentRef::Genome(hash) => query(
                 "INSERT INTO generation_parent (generation_id, place, genome_hash)
                  VALUES (?1, ?2, ?3)",
             )
@@ -322,26 +318,25 @@ async fn insert_parents(
             .bind(place)
             .bind(hash.key()),
         };
-        changed(&query.execute(&mut *conn).await?, StorageError::NotFound)?;
+        changed(query.execute(conn).await?, StorageError::NotFound)?;
     }
     Ok(())
 }
 
-async fn insert_individuals(
-    conn: &mut SqliteConnection,
-    new: &NewGeneration,
-) -> Result<(), StorageError> {
+async fn insert_individuals(conn: &mut Conn, new: &NewGeneration) -> Result<(), StorageError> {
     let head = "INSERT INTO individual (id, lineage_id, generation_id, slot, genome_hash, operator,
      attempts, twin) ";
-    insert_rows(conn, (head, ""), &new.individuals, |row, child| {
-        row.push_bind(child.id.key())
-            .push_bind(new.lineage.key())
-            .push_bind(new.id.key())
-            .push_bind(child.slot)
-            .push_bind(child.genome.hash.key())
-            .push_bind(child.operator)
-            .push_bind(child.attempts)
-            .push_bind(child.twin);
+    insert_rows(conn, (head, ""), &new.individuals, |child| {
+        values![
+            child.id.key(),
+            new.lineage.key(),
+            new.id.key(),
+            child.slot,
+            child.genome.hash.key(),
+            child.operator,
+            child.attempts,
+            child.twin,
+        ]
     })
     .await
 }
@@ -366,14 +361,14 @@ fn stored(new: NewGeneration, index: u64, centre: Option<StoredIndividual>) -> S
 
 /// Reads generations from rows of [`select_generations`], with their parents, centres and children.
 async fn read_with_relations(
-    conn: &mut SqliteConnection,
-    rows: &[SqliteRow],
+    conn: &mut Conn,
+    rows: &[SqlRow],
 ) -> Result<Vec<StoredGeneration>, StorageError> {
     let mut generations = rows.iter().map(StoredGeneration::read).collect::<Result<Vec<_>, _>>()?;
-    let ids = json_set(generations.iter().map(|one| &one.id));
+    let ids = key_set(generations.iter().map(|one| &one.id));
     let mut parents = individual::parents(conn, ids.clone()).await?;
     let query = individual::select_individuals(CHILDREN).bind(ids);
-    let children = query.fetch_all(&mut *conn).await?;
+    let children = query.fetch_all(conn).await?;
     let children = individual::with_parents(conn, &children).await?;
     let centres = rows.iter().map(|row| row.column("centre_id"));
     let centres = centres.collect::<Result<Vec<Option<IndividualId>>, _>>()?;

@@ -11,12 +11,11 @@ use std::collections::{HashMap, HashSet};
 
 use brood_genome::{Genome, GenomeHash, ModelKind};
 use brood_protocol::GenerationId;
-use sqlx::SqliteConnection;
-use sqlx::sqlite::SqliteRow;
 
 use crate::error::Result;
 use crate::packing::{self, BASES_MAX, Packer};
-use crate::row::{Columns, Key, corrupt_column, insert_rows, json_set};
+use crate::row::{Key, corrupt_column, insert_rows, key_set, values};
+use crate::sql::{Conn, SqlRow, query};
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
@@ -53,7 +52,7 @@ impl Store {
     pub async fn put_genome(&self, genome: NewGenome) -> Result<()> {
         self.write(operation!(|conn| {
             insert(conn, std::slice::from_ref(&genome), &Bases::default()).await?;
-            sqlx::query("UPDATE genome SET kept = 1 WHERE hash = ? AND kept = 0")
+            query("UPDATE genome SET kept = 1 WHERE hash = ? AND kept = 0")
                 .bind(genome.hash.key())
                 .execute(conn)
                 .await?;
@@ -80,7 +79,7 @@ impl Store {
         &self,
         hashes: &[GenomeHash],
     ) -> Result<HashMap<GenomeHash, StoredGenome>> {
-        read(&mut *self.snapshot().await?, hashes).await
+        read(&mut self.snapshot().await?, hashes).await
     }
 }
 
@@ -93,7 +92,7 @@ struct Row {
 }
 
 impl Row {
-    fn read(row: &SqliteRow) -> Result<Self> {
+    fn read(row: &SqlRow) -> Result<Self> {
         let content = match row.column("bytes")? {
             Some(bytes) => StoredGenome::Bytes(bytes),
             None => StoredGenome::Text(row.column("text")?),
@@ -132,14 +131,14 @@ impl Row {
 }
 
 async fn rows<'h>(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     hashes: impl IntoIterator<Item = &'h GenomeHash>,
 ) -> Result<Vec<Row>> {
-    let rows = sqlx::query(
+    let rows = query(
         "SELECT hash, bytes, text, bases FROM genome
          WHERE hash IN (SELECT unhex(value) FROM json_each(?))",
     )
-    .bind(json_set(hashes))
+    .bind(key_set(hashes))
     .fetch_all(conn)
     .await?;
     rows.iter().map(Row::read).collect()
@@ -147,7 +146,7 @@ async fn rows<'h>(
 
 /// Reads genomes, without the unknown ones.
 pub(crate) async fn read(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     hashes: &[GenomeHash],
 ) -> Result<HashMap<GenomeHash, StoredGenome>> {
     let found = rows(conn, hashes).await?;
@@ -175,17 +174,17 @@ impl Bases {
     /// more, first packs parents against none that are packed against others; for fewer, which
     /// would not save space, leaves those parents out.
     pub(crate) async fn of(
-        conn: &mut SqliteConnection,
+        conn: &mut Conn,
         generation: GenerationId,
         children: usize,
     ) -> Result<Self> {
-        let parents = sqlx::query(
+        let parents = query(
             "SELECT DISTINCT genome_hash FROM generation_parent
              WHERE generation_id = ? ORDER BY place LIMIT ?",
         )
         .bind(generation.key())
         .bind(BASES_MAX as i64)
-        .fetch_all(&mut *conn)
+        .fetch_all(conn)
         .await?;
         let parents = parents.iter().map(|row| row.column("genome_hash"));
         let parents = parents.collect::<Result<Vec<GenomeHash>>>()?;
@@ -222,7 +221,7 @@ fn not_packed(error: std::io::Error) -> StorageError {
 }
 
 /// Packs those of the genomes that are packed against others against none.
-pub(crate) async fn pack_alone(conn: &mut SqliteConnection, hashes: &[GenomeHash]) -> Result<()> {
+pub(crate) async fn pack_alone(conn: &mut Conn, hashes: &[GenomeHash]) -> Result<()> {
     let packed = rows(conn, hashes).await?.into_iter().filter(Row::needs_bases);
     let packed: Vec<_> = packed.map(|row| row.hash).collect();
     let alone = Bases::default();
@@ -236,12 +235,12 @@ pub(crate) async fn pack_alone(conn: &mut SqliteConnection, hashes: &[GenomeHash
 
 /// Replaces the content of a stored genome by packed bytes.
 pub(crate) async fn pack(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     (hash, bytes): (GenomeHash, &[u8]),
     bases: &Bases,
 ) -> Result<()> {
     let packed = bases.packer()?.pack(bytes).map_err(not_packed)?;
-    sqlx::query("UPDATE genome SET bytes = ?, text = '', bases = ? WHERE hash = ?")
+    query("UPDATE genome SET bytes = ?, text = '', bases = ? WHERE hash = ?")
         .bind(packed)
         .bind(bases.hashes())
         .bind(hash.key())
@@ -252,7 +251,7 @@ pub(crate) async fn pack(
 
 /// Inserts genomes, packed against `bases`. Existing ones are unchanged.
 pub(crate) async fn insert<G: Borrow<NewGenome> + Sync>(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     genomes: &[G],
     bases: &Bases,
 ) -> Result<()> {
@@ -265,15 +264,17 @@ pub(crate) async fn insert<G: Borrow<NewGenome> + Sync>(
     }
     let head = "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text,
          bytes, bases) ";
-    insert_rows(conn, (head, " ON CONFLICT (hash) DO NOTHING"), &packed, |row, (genome, bytes)| {
-        row.push_bind(genome.hash.key())
-            .push_bind(genome.program_hash.as_slice())
-            .push_bind(genome.live_instructions)
-            .push_bind(layer_names(&genome.layers))
-            .push("0")
-            .push("''")
-            .push_bind(bytes.as_slice())
-            .push_bind(hashes.as_slice());
+    insert_rows(conn, (head, " ON CONFLICT (hash) DO NOTHING"), &packed, |(genome, bytes)| {
+        values![
+            genome.hash.key(),
+            genome.program_hash.as_slice(),
+            genome.live_instructions,
+            layer_names(&genome.layers),
+            false,
+            "",
+            bytes.as_slice(),
+            hashes.as_slice(),
+        ]
     })
     .await
 }
@@ -285,7 +286,7 @@ fn layer_names(layers: &[ModelKind]) -> String {
 
 /// Reads the layers of a row from `layers` or, if that is NULL, from the genome in `unread_bytes`.
 /// Genomes of the first version, stored as text, have none.
-pub(crate) fn layers(row: &SqliteRow) -> Result<Vec<ModelKind>> {
+pub(crate) fn layers(row: &SqlRow) -> Result<Vec<ModelKind>> {
     const COLUMN: &str = "layers";
     let names: Option<String> = row.column(COLUMN)?;
     match (names, row.column::<Option<Vec<u8>>>("unread_bytes")?) {
@@ -304,16 +305,12 @@ fn decoded_layers(bytes: &[u8]) -> Result<Vec<ModelKind>> {
 }
 
 /// Fills the column `layers` of a row that has none. `bytes` is its genome.
-pub(crate) async fn set_layers(
-    conn: &mut SqliteConnection,
-    hash: GenomeHash,
-    bytes: &[u8],
-) -> Result<()> {
-    let row = sqlx::query("SELECT 1 FROM genome WHERE hash = ? AND layers IS NULL");
-    if row.bind(hash.key()).fetch_optional(&mut *conn).await?.is_none() {
+pub(crate) async fn set_layers(conn: &mut Conn, hash: GenomeHash, bytes: &[u8]) -> Result<()> {
+    let row = query("SELECT 1 FROM genome WHERE hash = ? AND layers IS NULL");
+    if row.bind(hash.key()).fetch_optional(conn).await?.is_none() {
         return Ok(());
     }
-    sqlx::query("UPDATE genome SET layers = ? WHERE hash = ?")
+    query("UPDATE genome SET layers = ? WHERE hash = ?")
         .bind(layer_names(&decoded_layers(bytes)?))
         .bind(hash.key())
         .execute(conn)

@@ -2,11 +2,9 @@
 //! response and has no second effect. Owner of the table `idempotency`. Independent of the content
 //! of responses.
 
-use sqlx::SqliteConnection;
-
 use crate::Store;
 use crate::error::{Result, unique_conflict};
-use crate::row::Columns;
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 
 /// Idempotency record, stored in the transaction of the write that it answers.
@@ -52,13 +50,12 @@ impl Store {
         route: &str,
         body_hash: [u8; 32],
     ) -> Result<IdempotencyLookup> {
-        let row = sqlx::query(
-            "SELECT body_hash, status, answer FROM idempotency WHERE key = ? AND route = ?",
-        )
-        .bind(key)
-        .bind(route)
-        .fetch_optional(&mut *self.reader().await?)
-        .await?;
+        let row =
+            query("SELECT body_hash, status, answer FROM idempotency WHERE key = ? AND route = ?")
+                .bind(key)
+                .bind(route)
+                .fetch_optional(&mut self.reader().await?)
+                .await?;
         let Some(row) = row else { return Ok(IdempotencyLookup::Fresh) };
         if row.column::<[u8; 32]>("body_hash")? != body_hash {
             return Ok(IdempotencyLookup::OtherBody);
@@ -80,8 +77,8 @@ impl Store {
     /// Returns a `StorageError` if the write fails.
     pub async fn prune_idempotency(&self, before_ms: i64) -> Result<u64> {
         self.write(operation!(|conn| {
-            let query = sqlx::query("DELETE FROM idempotency WHERE created_ms < ?");
-            Ok(query.bind(before_ms).execute(conn).await?.rows_affected())
+            let query = query("DELETE FROM idempotency WHERE created_ms < ?");
+            Ok(query.bind(before_ms).execute(conn).await?)
         }))
         .await
     }
@@ -90,12 +87,12 @@ impl Store {
 /// Inserts a record if there is one. If the key is in use, this fails the transaction that it
 /// belongs to.
 pub(crate) async fn insert(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     answer: Option<&Idempotency>,
     created_ms: i64,
 ) -> Result<()> {
     let Some(answer) = answer else { return Ok(()) };
-    sqlx::query(
+    query(
         "INSERT INTO idempotency (key, route, body_hash, status, created_ms, answer)
          VALUES (?, ?, ?, ?, ?, ?)",
     )

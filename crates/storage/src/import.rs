@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 
 use brood_genome::GenomeHash;
 use brood_protocol::{IndividualId, Lineage, LineageId, ParentRef, PatchIndividual};
-use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
 use crate::genome::Bases;
 use crate::lineage;
 use crate::row::Key;
 use crate::slice::Pace;
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 use crate::{
     Idempotency, NewGeneration, NewGenome, StorageError, Store, generation, genome, idempotency,
@@ -111,7 +111,7 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn unfinished_lineages(&self) -> Result<Vec<LineageId>> {
-        lineage::unfinished(&mut *self.reader().await?).await
+        lineage::unfinished(&mut self.reader().await?).await
     }
 }
 
@@ -128,13 +128,13 @@ fn generations_of(generations: &[NewGeneration], start: usize, individuals: u32)
     start..start + count
 }
 
-async fn insert_unfinished(conn: &mut SqliteConnection, new: &Lineage) -> Result<()> {
+async fn insert_unfinished(conn: &mut Conn, new: &Lineage) -> Result<()> {
     lineage::insert(conn, new).await?;
     lineage::set_unfinished(conn, new.id).await
 }
 
 async fn insert_generations(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     new: &NewImport,
     slice: Range<usize>,
 ) -> Result<Duration> {
@@ -152,31 +152,31 @@ async fn insert_generations(
 }
 
 async fn insert_marks(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     marks: &[(IndividualId, PatchIndividual)],
 ) -> Result<Duration> {
     let start = Instant::now();
     for (id, mark) in marks {
-        let done = sqlx::query(
+        let done = query(
             "UPDATE individual SET favourite = coalesce(?, favourite), note = coalesce(?, note)
              WHERE id = ?",
         )
         .bind(mark.favourite)
         .bind(mark.note.as_deref())
         .bind(id.key())
-        .execute(&mut *conn)
+        .execute(conn)
         .await?;
-        changed(&done, StorageError::NotFound)?;
+        changed(done, StorageError::NotFound)?;
     }
     Ok(start.elapsed())
 }
 
-async fn finish(conn: &mut SqliteConnection, id: LineageId) -> Result<()> {
+async fn finish(conn: &mut Conn, id: LineageId) -> Result<()> {
     for sql in [
         "DELETE FROM unfinished_lineage WHERE lineage_id = ?",
         "UPDATE lineage SET hidden = 0 WHERE id = ?",
     ] {
-        sqlx::query(sql).bind(id.key()).execute(&mut *conn).await?;
+        query(sql).bind(id.key()).execute(conn).await?;
     }
     Ok(())
 }

@@ -5,12 +5,10 @@ use std::collections::{HashMap, HashSet};
 
 use brood_genome::{GenomeHash, ModelKind};
 use brood_protocol::{GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual};
-use sqlx::query::Query;
-use sqlx::sqlite::{SqliteArguments, SqliteRow};
-use sqlx::{Sqlite, SqliteConnection};
 
 use crate::error::{Result, changed};
-use crate::row::{Columns, Key, Record, json_set, optional_key, record, select, signed};
+use crate::row::{Key, Record, key_set, optional_key, record, select, signed};
+use crate::sql::{Conn, KeySet, Query, SqlRow, query};
 use crate::writer::operation;
 use crate::{StorageError, Store, genome};
 
@@ -71,7 +69,7 @@ const IN_LINEAGE: &str = "individual.lineage_id = ?3";
 
 /// Query for individuals, to be read by [`with_parents`]; `rest` is its end. `unread_bytes` are the
 /// genome's bytes if only they have its layers.
-pub(crate) fn select_individuals(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
+pub(crate) fn select_individuals(rest: &str) -> Query {
     select::<StoredIndividual>(&format!(
         ", genome.layers,
          CASE WHEN genome.layers IS NULL THEN genome.bytes END AS unread_bytes
@@ -85,7 +83,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn individual(&self, id: IndividualId) -> Result<StoredIndividual> {
-        fetch(&mut *self.snapshot().await?, id).await
+        fetch(&mut self.snapshot().await?, id).await
     }
 
     /// Returns several individuals, in the order of `ids`.
@@ -110,9 +108,9 @@ impl Store {
         lineages: &[LineageId],
     ) -> Result<HashMap<LineageId, StoredIndividual>> {
         let mut conn = self.snapshot().await?;
-        let query = sqlx::query(COVERS).bind(json_set(lineages));
+        let query = query(COVERS).bind(key_set(lineages));
         let mut chosen: Vec<(LineageId, IndividualId)> = Vec::new();
-        for row in query.fetch_all(&mut *conn).await? {
+        for row in query.fetch_all(&mut conn).await? {
             if let Some(cover) = row.column("cover_id")? {
                 chosen.push((row.column("id")?, cover));
             }
@@ -136,7 +134,7 @@ impl Store {
         patch: PatchIndividual,
     ) -> Result<StoredIndividual> {
         self.write(operation!(|conn| {
-            let done = sqlx::query(
+            let done = query(
                 "UPDATE individual SET favourite = coalesce(?, favourite),
                      note = coalesce(?, note), version = version + 1
                  WHERE id = ? AND version = ?",
@@ -145,10 +143,10 @@ impl Store {
             .bind(patch.note)
             .bind(id.key())
             .bind(signed(expected_version))
-            .execute(&mut *conn)
+            .execute(conn)
             .await?;
             let individual = fetch(conn, id).await?;
-            changed(&done, StorageError::StaleVersion { current: individual.version })?;
+            changed(done, StorageError::StaleVersion { current: individual.version })?;
             Ok(individual)
         }))
         .await
@@ -175,35 +173,32 @@ impl Store {
         if let Some(lineage) = lineage {
             query = query.bind(lineage.key().to_vec());
         }
-        let rows = query.fetch_all(&mut *conn).await?;
+        let rows = query.fetch_all(&mut conn).await?;
         with_parents(&mut conn, &rows).await
     }
 }
 
 /// Reads an individual.
-pub(crate) async fn fetch(
-    conn: &mut SqliteConnection,
-    id: IndividualId,
-) -> Result<StoredIndividual> {
+pub(crate) async fn fetch(conn: &mut Conn, id: IndividualId) -> Result<StoredIndividual> {
     fetch_all(conn, &[id]).await?.pop().ok_or(StorageError::NotFound)
 }
 
 /// Reads those of the individuals that exist, in any order.
 pub(crate) async fn fetch_all(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     ids: &[IndividualId],
 ) -> Result<Vec<StoredIndividual>> {
-    let wanted = json_set(ids);
+    let wanted = key_set(ids);
     let query =
         select_individuals("WHERE individual.id IN (SELECT unhex(value) FROM json_each(?))");
-    let rows = query.bind(wanted).fetch_all(&mut *conn).await?;
+    let rows = query.bind(wanted).fetch_all(conn).await?;
     with_parents(conn, &rows).await
 }
 
 /// Reads individuals from rows of [`select_individuals`], with the parents of their generations.
 pub(crate) async fn with_parents(
-    conn: &mut SqliteConnection,
-    rows: &[SqliteRow],
+    conn: &mut Conn,
+    rows: &[SqlRow],
 ) -> Result<Vec<StoredIndividual>> {
     let mut individuals = Vec::with_capacity(rows.len());
     for row in rows {
@@ -211,7 +206,7 @@ pub(crate) async fn with_parents(
         individuals.push(StoredIndividual { layers, ..StoredIndividual::read(row)? });
     }
     let generations: HashSet<_> = individuals.iter().map(|one| &one.generation).collect();
-    let parents = parents(conn, json_set(generations)).await?;
+    let parents = parents(conn, key_set(generations)).await?;
     for individual in &mut individuals {
         if let Some(parents) = parents.get(&individual.generation) {
             individual.parents.clone_from(parents);
@@ -222,10 +217,10 @@ pub(crate) async fn with_parents(
 
 /// Reads the parents of a set of generations, in order.
 pub(crate) async fn parents(
-    conn: &mut SqliteConnection,
-    generations: String,
+    conn: &mut Conn,
+    generations: KeySet,
 ) -> Result<HashMap<GenerationId, Vec<ParentRef>>> {
-    let query = sqlx::query(
+    let query = query(
         "SELECT generation_id, genome_hash, individual_id FROM generation_parent
          WHERE generation_id IN (SELECT unhex(value) FROM json_each(?))
          ORDER BY generation_id, place",

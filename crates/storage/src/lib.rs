@@ -48,6 +48,7 @@ mod scene;
 mod search;
 mod search_lease;
 mod slice;
+mod sql;
 mod store;
 mod target;
 mod token;

@@ -5,7 +5,7 @@ use brood_protocol::LightAssetKind;
 
 use crate::Store;
 use crate::error::Result;
-use crate::row::Columns;
+use crate::sql::query;
 use crate::writer::operation;
 
 impl Store {
@@ -20,7 +20,7 @@ impl Store {
         bytes: Vec<u8>,
     ) -> Result<()> {
         self.write(operation!(|conn| {
-            sqlx::query(
+            query(
                 "INSERT INTO light_asset (hash, kind, bytes) VALUES (?, ?, ?)
                  ON CONFLICT (hash) DO NOTHING",
             )
@@ -39,8 +39,8 @@ impl Store {
     /// # Errors
     /// Returns `StorageError::NotFound` if it does not exist.
     pub async fn light_asset_kind(&self, hash: [u8; 32]) -> Result<LightAssetKind> {
-        let query = sqlx::query("SELECT kind FROM light_asset WHERE hash = ?");
-        let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
+        let query = query("SELECT kind FROM light_asset WHERE hash = ?");
+        let row = query.bind(hash.as_slice()).fetch_one(&mut self.reader().await?).await?;
         row.column("kind")
     }
 
@@ -49,8 +49,8 @@ impl Store {
     /// # Errors
     /// Returns `StorageError::NotFound` if it does not exist.
     pub async fn light_asset(&self, hash: [u8; 32]) -> Result<(LightAssetKind, Vec<u8>)> {
-        let query = sqlx::query("SELECT kind, bytes FROM light_asset WHERE hash = ?");
-        let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
+        let query = query("SELECT kind, bytes FROM light_asset WHERE hash = ?");
+        let row = query.bind(hash.as_slice()).fetch_one(&mut self.reader().await?).await?;
         Ok((row.column("kind")?, row.column("bytes")?))
     }
 }

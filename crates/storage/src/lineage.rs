@@ -5,11 +5,11 @@ use std::fmt;
 use std::str::FromStr;
 
 use brood_protocol::{IndividualId, Lineage, LineageId, PatchLineage};
-use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
 use crate::idempotency::{self, Idempotency};
-use crate::row::{Columns, Key, Record, json_set, optional_key, record, select, signed};
+use crate::row::{Key, Record, key_set, optional_key, record, select, signed};
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
@@ -154,8 +154,8 @@ impl Store {
         let found = search(&mut conn, cursor, limit, filter).await?;
         let rest = "FROM lineage WHERE id IN (SELECT unhex(value) FROM json_each(?))
              ORDER BY created_ms DESC, id DESC";
-        let query = select::<Lineage>(rest).bind(json_set(&found));
-        query.fetch_all(&mut *conn).await?.iter().map(Lineage::read).collect()
+        let query = select::<Lineage>(rest).bind(key_set(&found));
+        query.fetch_all(&mut conn).await?.iter().map(Lineage::read).collect()
     }
 
     /// Returns a lineage, hidden or not.
@@ -163,7 +163,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn lineage(&self, id: LineageId) -> Result<Lineage> {
-        fetch(&mut *self.reader().await?, id).await
+        fetch(&mut self.reader().await?, id).await
     }
 
     /// Changes a lineage.
@@ -178,7 +178,7 @@ impl Store {
         patch: PatchLineage,
     ) -> Result<Lineage> {
         self.write(operation!(|conn| {
-            let done = sqlx::query(
+            let done = query(
                 "UPDATE lineage SET name = coalesce(?, name), notes = coalesce(?, notes),
                      tags_json = coalesce(?, tags_json), hidden = coalesce(?, hidden),
                      cover_id = CASE WHEN ? THEN ? ELSE cover_id END,
@@ -198,10 +198,10 @@ impl Store {
             .bind(patch.energy_limit)
             .bind(id.key())
             .bind(signed(expected_version))
-            .execute(&mut *conn)
+            .execute(conn)
             .await?;
             let lineage = fetch(conn, id).await?;
-            changed(&done, StorageError::StaleVersion { current: lineage.version })?;
+            changed(done, StorageError::StaleVersion { current: lineage.version })?;
             Ok(lineage)
         }))
         .await
@@ -213,8 +213,8 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn hide_lineage(&self, id: LineageId) -> Result<()> {
         self.write(operation!(|conn| {
-            let query = sqlx::query("UPDATE lineage SET hidden = 1 WHERE id = ?");
-            changed(&query.bind(id.key()).execute(conn).await?, StorageError::NotFound)
+            let query = query("UPDATE lineage SET hidden = 1 WHERE id = ?");
+            changed(query.bind(id.key()).execute(conn).await?, StorageError::NotFound)
         }))
         .await
     }
@@ -227,7 +227,7 @@ const PATTERN: &str = "AND (name || char(10) || notes || char(10) || tags_json L
 /// Searches for the ids of at most `limit` lineages, the newest first. Reads batches until it has
 /// enough.
 async fn search(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     mut cursor: Option<LineageCursor>,
     limit: u32,
     filter: &LineageFilter,
@@ -250,7 +250,7 @@ async fn search(
 
 /// Reads a batch of lineages, the newest first; only those that meet a pattern, if there is one.
 async fn fetch_after<T: Record>(
-    conn: &mut SqliteConnection,
+    conn: &mut Conn,
     cursor: Option<LineageCursor>,
     limit: u32,
     hidden: Option<bool>,
@@ -274,17 +274,17 @@ async fn fetch_after<T: Record>(
 ///
 /// # Errors
 /// Returns [`StorageError::NotFound`] if it does not exist.
-pub(crate) async fn set_unfinished(conn: &mut SqliteConnection, id: LineageId) -> Result<()> {
-    let query = sqlx::query("UPDATE lineage SET hidden = 1 WHERE id = ?").bind(id.key());
-    changed(&query.execute(&mut *conn).await?, StorageError::NotFound)?;
+pub(crate) async fn set_unfinished(conn: &mut Conn, id: LineageId) -> Result<()> {
+    let hide = query("UPDATE lineage SET hidden = 1 WHERE id = ?").bind(id.key());
+    changed(hide.execute(conn).await?, StorageError::NotFound)?;
     let sql = "INSERT INTO unfinished_lineage (lineage_id) VALUES (?) ON CONFLICT DO NOTHING";
-    sqlx::query(sql).bind(id.key()).execute(conn).await?;
+    query(sql).bind(id.key()).execute(conn).await?;
     Ok(())
 }
 
 /// Reads the unfinished lineages.
-pub(crate) async fn unfinished(conn: &mut SqliteConnection) -> Result<Vec<LineageId>> {
-    let query = sqlx::query("SELECT lineage_id FROM unfinished_lineage");
+pub(crate) async fn unfinished(conn: &mut Conn) -> Result<Vec<LineageId>> {
+    let query = query("SELECT lineage_id FROM unfinished_lineage");
     query.fetch_all(conn).await?.iter().map(|row| row.column("lineage_id")).collect()
 }
 
@@ -293,9 +293,9 @@ fn tags_json(tags: &[String]) -> String {
 }
 
 /// Inserts a lineage.
-pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result<()> {
+pub(crate) async fn insert(conn: &mut Conn, new: &Lineage) -> Result<()> {
     let dialect = serde_json::to_string(&new.dialect).expect("a dialect is plain data");
-    sqlx::query(
+    query(
         "INSERT INTO lineage
              (id, name, notes, tags_json, scene_id, thumbnail_px, start, dialect_json, saturation,
               energy_limit, created_ms)
@@ -318,18 +318,14 @@ pub(crate) async fn insert(conn: &mut SqliteConnection, new: &Lineage) -> Result
 }
 
 /// Chooses the cover of a lineage.
-pub(crate) async fn set_cover(
-    conn: &mut SqliteConnection,
-    id: LineageId,
-    cover: IndividualId,
-) -> Result<()> {
-    let query = sqlx::query("UPDATE lineage SET cover_id = ? WHERE id = ?");
+pub(crate) async fn set_cover(conn: &mut Conn, id: LineageId, cover: IndividualId) -> Result<()> {
+    let query = query("UPDATE lineage SET cover_id = ? WHERE id = ?");
     query.bind(cover.key()).bind(id.key()).execute(conn).await?;
     Ok(())
 }
 
 /// Reads a lineage.
-pub(crate) async fn fetch(conn: &mut SqliteConnection, id: LineageId) -> Result<Lineage> {
+pub(crate) async fn fetch(conn: &mut Conn, id: LineageId) -> Result<Lineage> {
     let query = select::<Lineage>("FROM lineage WHERE id = ?").bind(id.key());
     Lineage::read(&query.fetch_one(conn).await?)
 }

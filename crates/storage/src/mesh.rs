@@ -5,7 +5,8 @@ use brood_protocol::MeshId;
 
 use crate::Store;
 use crate::error::Result;
-use crate::row::{Columns, Key, Record, record, select, signed};
+use crate::row::{Key, Record, record, select, signed};
+use crate::sql::query;
 use crate::writer::operation;
 
 record! {
@@ -35,7 +36,7 @@ impl Store {
     /// Returns a `StorageError` if the write fails.
     pub async fn put_mesh(&self, mesh: StoredMesh, data: Vec<u8>) -> Result<MeshId> {
         self.write(operation!(|conn| {
-            sqlx::query(
+            query(
                 "INSERT INTO mesh
                      (id, content_hash, vertices, triangles, has_uv, warnings_json, data)
                  VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (content_hash) DO NOTHING",
@@ -47,9 +48,9 @@ impl Store {
             .bind(mesh.has_uv)
             .bind(mesh.warnings_json)
             .bind(data)
-            .execute(&mut *conn)
+            .execute(conn)
             .await?;
-            sqlx::query("SELECT id FROM mesh WHERE content_hash = ?")
+            query("SELECT id FROM mesh WHERE content_hash = ?")
                 .bind(mesh.content_hash.as_slice())
                 .fetch_one(conn)
                 .await?
@@ -64,7 +65,7 @@ impl Store {
     /// Returns `StorageError::NotFound` if it does not exist.
     pub async fn mesh(&self, id: MeshId) -> Result<StoredMesh> {
         let query = select::<StoredMesh>("FROM mesh WHERE id = ?").bind(id.key());
-        StoredMesh::read(&query.fetch_one(&mut *self.reader().await?).await?)
+        StoredMesh::read(&query.fetch_one(&mut self.reader().await?).await?)
     }
 
     /// Returns the data of a mesh.
@@ -72,7 +73,7 @@ impl Store {
     /// # Errors
     /// Returns `StorageError::NotFound` if it does not exist.
     pub async fn mesh_data(&self, content_hash: [u8; 32]) -> Result<Vec<u8>> {
-        let query = sqlx::query_scalar("SELECT data FROM mesh WHERE content_hash = ?");
-        Ok(query.bind(content_hash.as_slice()).fetch_one(&mut *self.reader().await?).await?)
+        let query = query("SELECT data FROM mesh WHERE content_hash = ?");
+        query.bind(content_hash.as_slice()).fetch_value(&mut self.reader().await?).await
     }
 }

@@ -6,7 +6,7 @@ use brood_protocol::{GenerationId, IndividualId, LineageId};
 
 use crate::error::Result;
 use crate::individual::{fetch_all, select_individuals, with_parents};
-use crate::row::{Columns, Key, Record, json_set, record, select, signed};
+use crate::row::{Key, Record, key_set, record, select, signed};
 use crate::{Store, StoredIndividual};
 
 record! {
@@ -71,16 +71,16 @@ impl Store {
              WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?";
         let query = select::<StoredOutline>(rest).bind(lineage.key());
         let query = query.bind(after_index.map_or(-1, signed)).bind(limit);
-        let rows = query.fetch_all(&mut *conn).await?;
+        let rows = query.fetch_all(&mut conn).await?;
         let mut outlines = rows.iter().map(StoredOutline::read).collect::<Result<Vec<_>>>()?;
 
-        let ids = json_set(outlines.iter().map(|one| &one.id));
-        let first = select_individuals(FIRST).bind(&ids).fetch_all(&mut *conn).await?;
+        let ids = key_set(outlines.iter().map(|one| &one.id));
+        let first = select_individuals(FIRST).bind(ids.clone()).fetch_all(&mut conn).await?;
         let mut children = with_parents(&mut conn, &first).await?;
         let adopted = children.iter().filter(|one| one.operator == "adopt");
-        let adopted = json_set(adopted.map(|one| &one.generation));
-        let others = select_individuals(OTHERS).bind(&ids).bind(adopted);
-        let others = others.fetch_all(&mut *conn).await?;
+        let adopted = key_set(adopted.map(|one| &one.generation));
+        let others = select_individuals(OTHERS).bind(ids).bind(adopted);
+        let others = others.fetch_all(&mut conn).await?;
         children.extend(with_parents(&mut conn, &others).await?);
         children.sort_by_key(|one| one.slot);
 

@@ -7,11 +7,11 @@ use brood_genome::GenomeHash;
 use brood_protocol::{
     Backend, PictureFormat, PictureKey, PictureSize, PixelArea, Sampling, SceneId,
 };
-use sqlx::SqliteConnection;
 
 use crate::Store;
 use crate::error::Result;
-use crate::row::{Columns, Key, Record, columns, insert_rows, json_set, record, select};
+use crate::row::{Key, Record, columns, insert_rows, key_set, record, select, values};
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 
 record! {
@@ -59,13 +59,12 @@ impl Store {
     /// # Errors
     /// Returns `StorageError::NotFound` if a genome or scene does not exist.
     pub async fn put_pictures(&self, mut pictures: Vec<NewPicture>) -> Result<()> {
-        let known = json_set(pictures.iter().map(|picture| &picture.key));
-        let rows = sqlx::query(
-            "SELECT key FROM picture WHERE key IN (SELECT unhex(value) FROM json_each(?))",
-        )
-        .bind(known)
-        .fetch_all(&mut *self.reader().await?)
-        .await?;
+        let known = key_set(pictures.iter().map(|picture| &picture.key));
+        let rows =
+            query("SELECT key FROM picture WHERE key IN (SELECT unhex(value) FROM json_each(?))")
+                .bind(known)
+                .fetch_all(&mut self.reader().await?)
+                .await?;
         let found = rows.iter().map(|row| row.column("key"));
         let found = found.collect::<Result<HashSet<PictureKey>, _>>()?;
         pictures.retain(|picture| !found.contains(&picture.key));
@@ -81,28 +80,30 @@ impl Store {
     /// Returns `StorageError::NotFound` if the key is unknown.
     pub async fn picture(&self, key: PictureKey) -> Result<StoredPicture> {
         let query = select::<StoredPicture>("FROM picture WHERE key = ?").bind(key.key());
-        StoredPicture::read(&query.fetch_one(&mut *self.reader().await?).await?)
+        StoredPicture::read(&query.fetch_one(&mut self.reader().await?).await?)
     }
 }
 
 /// Inserts keys. Existing keys are unchanged.
-pub(crate) async fn insert(conn: &mut SqliteConnection, pictures: &[NewPicture]) -> Result<()> {
+pub(crate) async fn insert(conn: &mut Conn, pictures: &[NewPicture]) -> Result<()> {
     let head = "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, height_px, samples, adaptive, area, format,
      backend, renderer_version) ";
-    insert_rows(conn, (head, " ON CONFLICT (key) DO NOTHING"), pictures, |row, picture| {
+    insert_rows(conn, (head, " ON CONFLICT (key) DO NOTHING"), pictures, |picture| {
         let PictureSize { width, height } = picture.size_px;
-        row.push_bind(picture.key.key())
-            .push_bind(picture.genome_hash.key())
-            .push_bind(picture.scene.key())
-            .push_bind(picture.light_deg)
-            .push_bind(width)
-            .push_bind(Some(height).filter(|height| *height != width))
-            .push_bind(picture.sampling.min_rays())
-            .push_bind(picture.sampling == Sampling::Adaptive)
-            .push_bind(picture.area.map_or_else(String::new, |area| area.to_string()))
-            .push_bind(picture.format.name())
-            .push_bind(picture.backend.name())
-            .push_bind(picture.renderer_version);
+        values![
+            picture.key.key(),
+            picture.genome_hash.key(),
+            picture.scene.key(),
+            picture.light_deg,
+            width,
+            Some(height).filter(|height| *height != width),
+            picture.sampling.min_rays(),
+            picture.sampling == Sampling::Adaptive,
+            picture.area.map_or_else(String::new, |area| area.to_string()),
+            picture.format.name(),
+            picture.backend.name(),
+            picture.renderer_version,
+        ]
     })
     .await
 }

@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 
 use brood_genome::GenomeHash;
 use brood_protocol::LineageId;
-use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
-use crate::row::{Columns, Key};
+use crate::row::Key;
 use crate::slice::Pace;
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 use crate::{StorageError, Store, genome, lineage};
 
@@ -98,29 +98,29 @@ impl Store {
         self.write(operation!(|conn| {
             // Generations that were born in the meantime.
             while remove_slice(conn, id, GENERATIONS).await?.generations > 0 {}
-            let done = sqlx::query(REMOVE_LINEAGE).bind(id.key()).execute(conn).await?;
-            changed(&done, StorageError::NotFound)
+            let done = query(REMOVE_LINEAGE).bind(id.key()).execute(conn).await?;
+            changed(done, StorageError::NotFound)
         }))
         .await
     }
 }
 
 /// Removes the youngest generations, at most `count`.
-async fn remove_slice(conn: &mut SqliteConnection, id: LineageId, count: u32) -> Result<Slice> {
+async fn remove_slice(conn: &mut Conn, id: LineageId, count: u32) -> Result<Slice> {
     let start = Instant::now();
     for sql in CREATE.into_iter().chain(CLEAR) {
-        sqlx::query(sql).execute(&mut *conn).await?;
+        query(sql).execute(conn).await?;
     }
-    sqlx::query(CHOOSE_GENERATIONS).bind(id.key()).bind(count).execute(&mut *conn).await?;
-    sqlx::query(FILL_CANDIDATES).execute(&mut *conn).await?;
-    let removed = sqlx::query(REMOVE_GENERATIONS).execute(&mut *conn).await?;
-    let remaining = sqlx::query(KEEP_REFERENCED).fetch_all(&mut *conn).await?;
+    query(CHOOSE_GENERATIONS).bind(id.key()).bind(count).execute(conn).await?;
+    query(FILL_CANDIDATES).execute(conn).await?;
+    let removed = query(REMOVE_GENERATIONS).execute(conn).await?;
+    let remaining = query(KEEP_REFERENCED).fetch_all(conn).await?;
     let remaining = remaining.iter().map(|row| row.column("hash"));
     let remaining: Vec<GenomeHash> = remaining.collect::<Result<_>>()?;
     // The genomes that they are packed against may be removed below, or by a later purge.
     genome::pack_alone(conn, &remaining).await?;
     for sql in [REASSIGN_PICTURES, REMOVE_GENOMES].into_iter().chain(CLEAR) {
-        sqlx::query(sql).execute(&mut *conn).await?;
+        query(sql).execute(conn).await?;
     }
-    Ok(Slice { generations: removed.rows_affected(), elapsed: start.elapsed() })
+    Ok(Slice { generations: removed, elapsed: start.elapsed() })
 }

@@ -7,12 +7,9 @@ use brood_protocol::{
     LineageId, MaterialSpread, MeshId, PictureFormat, PictureKey, PixelArea, SceneId,
     SearchOptions, SearchState, Seed, Target, TargetId,
 };
-use sqlx::query::Query;
-use sqlx::query_builder::Separated;
-use sqlx::sqlite::{SqliteArguments, SqliteRow};
-use sqlx::{AssertSqlSafe, Decode, QueryBuilder, Row, Sqlite, SqliteConnection, Type};
 
 use crate::StorageError;
+use crate::sql::{Conn, KeySet, Query, SqlRow, Stored, Value, query};
 
 /// Id or hash that is stored as a BLOB.
 pub(crate) trait Key {
@@ -26,8 +23,8 @@ pub(crate) fn optional_key(id: Option<impl Key>) -> Option<Vec<u8>> {
 
 /// Type of a column.
 pub(crate) trait Column: Sized {
-    /// Type that SQLite stores.
-    type Sql: for<'r> Decode<'r, Sqlite> + Type<Sqlite>;
+    /// Type that engines store.
+    type Sql: Stored;
 
     /// Returns `None` if the value is invalid.
     fn from_sql(value: Self::Sql) -> Option<Self>;
@@ -102,19 +99,8 @@ impl Key for PictureKey {
     }
 }
 
-/// Typed access to columns by name. A value of the wrong form means that the file is damaged.
-pub(crate) trait Columns {
-    fn column<T: Column>(&self, name: &str) -> Result<T, StorageError>;
-}
-
-impl Columns for SqliteRow {
-    fn column<T: Column>(&self, name: &str) -> Result<T, StorageError> {
-        T::from_sql(self.try_get(name)?).ok_or_else(|| corrupt_column(name))
-    }
-}
-
 /// Error for a column with an invalid value.
-pub(crate) fn corrupt_column(name: &str) -> StorageError {
+pub(crate) fn corrupt_column(name: impl std::fmt::Display) -> StorageError {
     StorageError::Corrupt(format!("column {name} has an invalid value"))
 }
 
@@ -123,32 +109,32 @@ pub(crate) trait Record: Sized {
     /// Columns, each named after its field.
     const COLUMNS: &'static str;
 
-    fn read(row: &SqliteRow) -> Result<Self, StorageError>;
+    fn read(row: &SqlRow) -> Result<Self, StorageError>;
 }
 
-/// Query for records; `rest` continues the SELECT after the columns. SQL text consists of literals
-/// of this crate; values are bound.
-pub(crate) fn select<T: Record>(rest: &str) -> Query<'static, Sqlite, SqliteArguments> {
-    sqlx::query(AssertSqlSafe(format!("SELECT {} {rest}", T::COLUMNS)))
+/// Query for records; `rest` continues the SELECT after the columns.
+pub(crate) fn select<T: Record>(rest: &str) -> Query {
+    query(format!("SELECT {} {rest}", T::COLUMNS))
 }
 
 /// Query that returns records; `change` is an INSERT, UPDATE or DELETE.
-pub(crate) fn returning<T: Record>(change: &str) -> Query<'static, Sqlite, SqliteArguments> {
-    sqlx::query(AssertSqlSafe(format!("{change} RETURNING {}", T::COLUMNS)))
+pub(crate) fn returning<T: Record>(change: &str) -> Query {
+    query(format!("{change} RETURNING {}", T::COLUMNS))
 }
 
-/// Inserts rows: `head` begins the statement, `tail` ends it, `push` adds the values of a row. A
+/// Inserts rows: `head` begins the statement, `tail` ends it, `values` has those of a row. A
 /// statement has up to 256 rows, so that it stays small for large broods.
-pub(crate) async fn insert_rows<T>(
-    conn: &mut SqliteConnection,
+pub(crate) async fn insert_rows<T, const N: usize>(
+    conn: &mut Conn,
     (head, tail): (&str, &str),
     rows: &[T],
-    push: impl Fn(&mut Separated<'_, Sqlite, &'static str>, &T),
+    values: impl Fn(&T) -> [Value; N],
 ) -> Result<(), StorageError> {
     for chunk in rows.chunks(256) {
-        let mut query = QueryBuilder::new(head);
-        query.push_values(chunk, |mut values, row| push(&mut values, row));
-        query.push(tail).build().execute(&mut *conn).await?;
+        let row = format!("({})", ["?"; N].join(", "));
+        let text = format!("{head} VALUES {} {tail}", vec![row; chunk.len()].join(", "));
+        let values = chunk.iter().flat_map(&values);
+        values.fold(query(text), Query::bind).execute(conn).await?;
     }
     Ok(())
 }
@@ -184,8 +170,7 @@ macro_rules! record {
                 $(, ", ", $crate::row::record!(@ $field $($sql)?))*
             );
 
-            fn read(row: &sqlx::sqlite::SqliteRow) -> Result<Self, $crate::StorageError> {
-                use $crate::row::Columns as _;
+            fn read(row: &$crate::sql::SqlRow) -> Result<Self, $crate::StorageError> {
                 Ok(Self {
                     $first: row.column(stringify!($first))?,
                     $($field: row.column(stringify!($field))?,)*
@@ -203,24 +188,26 @@ macro_rules! record {
 }
 pub(crate) use record;
 
+/// Values of a row for [`insert_rows`].
+macro_rules! values {
+    ($($value:expr),+ $(,)?) => {
+        [$($crate::sql::Bind::value($value)),+]
+    };
+}
+pub(crate) use values;
+
 /// Converts a count or version to SQLite's signed integer. A value that does not fit was never
 /// stored and matches no row.
 pub(crate) fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)
 }
 
-/// Encodes a set of ids or hashes as one parameter, to be read with `SELECT unhex(value) FROM
-/// json_each(?)`: the statement is the same for every size of the set.
-pub(crate) fn json_set<'a, K: Key + 'a>(keys: impl IntoIterator<Item = &'a K>) -> String {
-    use std::fmt::Write as _;
-    let mut json = String::from("[");
+/// Collects ids or hashes to be bound as one value, see [`KeySet`].
+pub(crate) fn key_set<'a, K: Key + 'a>(keys: impl IntoIterator<Item = &'a K>) -> KeySet {
+    let mut set = KeySet::default();
     for key in keys {
-        json.push_str(if json.len() == 1 { "\"" } else { ",\"" });
-        for byte in key.key() {
-            write!(json, "{byte:02x}").expect("writing to a string does not fail");
-        }
-        json.push('"');
+        set.bytes.extend_from_slice(key.key());
+        set.width = key.key().len();
     }
-    json.push(']');
-    json
+    set
 }

@@ -5,7 +5,8 @@ use brood_genome::GenomeHash;
 use brood_protocol::SceneId;
 
 use crate::error::{Result, changed};
-use crate::row::{Columns, Key};
+use crate::row::Key;
+use crate::sql::query;
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
@@ -26,11 +27,11 @@ impl Store {
         let (json, materials) = (json.to_owned(), materials.to_vec());
         self.write(operation!(|conn| {
             for material in &materials {
-                let keep = sqlx::query("UPDATE genome SET kept = 1 WHERE hash = ?");
-                let done = keep.bind(material.key()).execute(&mut *conn).await?;
-                changed(&done, StorageError::NotFound)?;
+                let keep = query("UPDATE genome SET kept = 1 WHERE hash = ?");
+                let done = keep.bind(material.key()).execute(conn).await?;
+                changed(done, StorageError::NotFound)?;
             }
-            sqlx::query(
+            query(
                 "INSERT INTO scene (id, content_hash, created_ms, json) VALUES (?, ?, ?, ?)
                  ON CONFLICT (content_hash) DO NOTHING",
             )
@@ -38,9 +39,9 @@ impl Store {
             .bind(hash.as_slice())
             .bind(created_ms)
             .bind(json)
-            .execute(&mut *conn)
+            .execute(conn)
             .await?;
-            sqlx::query("SELECT id FROM scene WHERE content_hash = ?")
+            query("SELECT id FROM scene WHERE content_hash = ?")
                 .bind(hash.as_slice())
                 .fetch_one(conn)
                 .await?
@@ -54,7 +55,7 @@ impl Store {
     /// # Errors
     /// Returns `StorageError::NotFound` if it does not exist.
     pub async fn scene(&self, id: SceneId) -> Result<String> {
-        let query = sqlx::query_scalar("SELECT json FROM scene WHERE id = ?");
-        Ok(query.bind(id.key()).fetch_one(&mut *self.reader().await?).await?)
+        let query = query("SELECT json FROM scene WHERE id = ?");
+        query.bind(id.key()).fetch_value(&mut self.reader().await?).await
     }
 }

@@ -11,11 +11,11 @@ use brood_protocol::{
     FoundMaterial, JobId, Lineage, LineageId, MaterialSpread, SearchLine, SearchOptions,
     SearchState, TargetId,
 };
-use sqlx::SqliteConnection;
 
 use crate::error::{Result, changed};
 use crate::lineage;
-use crate::row::{Columns, Key, Record, optional_key, record, select};
+use crate::row::{Key, Record, optional_key, record, select};
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
 
@@ -149,7 +149,7 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn search(&self, id: JobId) -> Result<StoredSearch> {
-        fetch(&mut *self.reader().await?, id).await
+        fetch(&mut self.reader().await?, id).await
     }
 
     /// Lists up to `limit` searches, the newest first. If given, `before` restricts the list to
@@ -169,7 +169,7 @@ impl Store {
              ORDER BY id DESC LIMIT ?3",
         );
         let query = query.bind(optional_key(before)).bind(optional_key(lineage)).bind(limit);
-        query.fetch_all(&mut *self.reader().await?).await?.iter().map(StoredSearch::read).collect()
+        query.fetch_all(&mut self.reader().await?).await?.iter().map(StoredSearch::read).collect()
     }
 
     /// Pauses, resumes or cancels a search. Returns the changed search; as the inner error the
@@ -194,11 +194,11 @@ impl Store {
                      ended_ms = ?2, turn = {NEXT_TURN}
                  WHERE id = ?3"
             );
-            sqlx::query(sqlx::AssertSqlSafe(sql))
+            query(sql)
                 .bind(to.name())
                 .bind(to.is_final().then_some(now_ms))
                 .bind(id.key())
-                .execute(&mut *conn)
+                .execute(conn)
                 .await?;
             Ok(Ok(fetch(conn, id).await?))
         }))
@@ -211,8 +211,8 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist.
     pub async fn search_front(&self, id: JobId) -> Result<Vec<FoundMaterial>> {
-        let query = sqlx::query("SELECT front_json FROM search WHERE id = ?").bind(id.key());
-        let row = query.fetch_one(&mut *self.reader().await?).await?;
+        let query = query("SELECT front_json FROM search WHERE id = ?").bind(id.key());
+        let row = query.fetch_one(&mut self.reader().await?).await?;
         Ok(row.column::<Option<_>>("front_json")?.unwrap_or_default())
     }
 
@@ -229,7 +229,7 @@ impl Store {
         let json = serde_json::to_string(spread).expect("a spread is plain data");
         let [darkest, brightest] = pictures.map(<[u8]>::to_vec);
         self.write(operation!(|conn| {
-            let update = sqlx::query(
+            let update = query(
                 "UPDATE search SET spread_json = ?, darkest_png = ?, brightest_png = ? WHERE id = ?",
             );
             let update = update.bind(json).bind(darkest).bind(brightest);
@@ -244,8 +244,8 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist.
     pub async fn search_spread(&self, id: JobId) -> Result<Option<MaterialSpread>> {
-        let query = sqlx::query("SELECT spread_json FROM search WHERE id = ?").bind(id.key());
-        let row = query.fetch_one(&mut *self.reader().await?).await?;
+        let query = query("SELECT spread_json FROM search WHERE id = ?").bind(id.key());
+        let row = query.fetch_one(&mut self.reader().await?).await?;
         row.column("spread_json")
     }
 
@@ -259,7 +259,7 @@ impl Store {
             Extreme::Darkest => "SELECT darkest_png AS png FROM search WHERE id = ?",
             Extreme::Brightest => "SELECT brightest_png AS png FROM search WHERE id = ?",
         };
-        let row = sqlx::query(sql).bind(id.key()).fetch_one(&mut *self.reader().await?).await?;
+        let row = query(sql).bind(id.key()).fetch_one(&mut self.reader().await?).await?;
         row.column("png")
     }
 
@@ -273,7 +273,7 @@ impl Store {
             "FROM search_log WHERE search_id = ? AND generation > ? ORDER BY generation LIMIT ?",
         );
         let query = query.bind(id.key()).bind(after).bind(limit);
-        query.fetch_all(&mut *self.reader().await?).await?.iter().map(SearchLine::read).collect()
+        query.fetch_all(&mut self.reader().await?).await?.iter().map(SearchLine::read).collect()
     }
 
     /// Returns the number of searches in each state, by its name.
@@ -288,11 +288,11 @@ impl Store {
     /// Counts the jobs in each of some states by a query of `state` and `jobs`.
     pub(crate) async fn state_counts(
         &self,
-        query: &'static str,
+        sql: &'static str,
         states: impl Iterator<Item = &'static str>,
     ) -> Result<BTreeMap<&'static str, u64>> {
         let mut counts: BTreeMap<_, _> = states.map(|state| (state, 0)).collect();
-        for row in sqlx::query(query).fetch_all(&mut *self.reader().await?).await? {
+        for row in query(sql).fetch_all(&mut self.reader().await?).await? {
             let state: String = row.column("state")?;
             if let Some(count) = counts.get_mut(state.as_str()) {
                 *count = row.column("jobs")?;
@@ -303,11 +303,10 @@ impl Store {
 }
 
 /// Inserts a search, with its lineage and idempotency record if they are given.
-async fn insert(conn: &mut SqliteConnection, new: NewSearch, max_queued: u32) -> Result<()> {
+async fn insert(conn: &mut Conn, new: NewSearch, max_queued: u32) -> Result<()> {
     idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
-    let waiting: u32 = sqlx::query_scalar("SELECT count(*) FROM search WHERE state = 'queued'")
-        .fetch_one(&mut *conn)
-        .await?;
+    let waiting = query("SELECT count(*) FROM search WHERE state = 'queued'");
+    let waiting: u32 = waiting.fetch_value(conn).await?;
     if waiting >= max_queued {
         return Err(StorageError::QueueFull);
     }
@@ -321,7 +320,7 @@ async fn insert(conn: &mut SqliteConnection, new: NewSearch, max_queued: u32) ->
          SELECT ?1, id, kind, file_hash, ?2, 'queued', 0, {NEXT_TURN}, 0, 0, 0, 0.0, ?3, ?4, ?5
          FROM target WHERE id = ?6"
     );
-    let done = sqlx::query(sqlx::AssertSqlSafe(sql))
+    let done = query(sql)
         .bind(new.id.key())
         .bind(new.lineage.key())
         .bind(new.created_ms)
@@ -330,11 +329,11 @@ async fn insert(conn: &mut SqliteConnection, new: NewSearch, max_queued: u32) ->
         .bind(new.target.key())
         .execute(conn)
         .await?;
-    changed(&done, StorageError::NotFound)
+    changed(done, StorageError::NotFound)
 }
 
 /// Reads the search with this id.
-pub(crate) async fn fetch(conn: &mut SqliteConnection, id: JobId) -> Result<StoredSearch> {
+pub(crate) async fn fetch(conn: &mut Conn, id: JobId) -> Result<StoredSearch> {
     let query = select::<StoredSearch>("FROM search WHERE id = ?").bind(id.key());
     StoredSearch::read(&query.fetch_one(conn).await?)
 }

@@ -7,12 +7,12 @@
 
 use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
-use sqlx::SqliteConnection;
 
 use crate::Store;
 use crate::error::{LEASE_ENDED, Result, changed};
-use crate::row::{Key, Record, insert_rows, optional_key, record, returning, signed};
+use crate::row::{Key, Record, insert_rows, optional_key, record, returning, signed, values};
 use crate::search::{self, NEXT_TURN, StoredSearch};
+use crate::sql::{Conn, query};
 use crate::writer::operation;
 
 /// A search fails after this many consecutive worker deaths without progress. Every step resets the
@@ -114,7 +114,7 @@ impl Store {
     /// Returns a `StorageError` if the read fails.
     pub async fn any_search_queued(&self) -> Result<bool> {
         let sql = "SELECT EXISTS (SELECT 1 FROM search WHERE state = 'queued')";
-        Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
+        query(sql).fetch_value(&mut self.reader().await?).await
     }
 
     /// Stores a step without an individual. For a step with one, see
@@ -142,15 +142,15 @@ impl Store {
         now_ms: i64,
     ) -> Result<StoredSearch> {
         self.write_relaxed(operation!(|conn| {
-            let done = sqlx::query(RELEASE)
+            let done = query(RELEASE)
                 .bind(i64::from(worker_died))
                 .bind(MAX_DEATHS)
                 .bind(now_ms)
                 .bind(id.key())
                 .bind(signed(epoch))
-                .execute(&mut *conn)
+                .execute(conn)
                 .await?;
-            changed(&done, LEASE_ENDED)?;
+            changed(done, LEASE_ENDED)?;
             search::fetch(conn, id).await
         }))
         .await
@@ -165,20 +165,20 @@ impl Store {
         self.write_relaxed(operation!(|conn| {
             let sql = "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL
                            WHERE state = 'running'";
-            Ok(sqlx::query(sql).execute(conn).await?.rows_affected())
+            Ok(query(sql).execute(conn).await?)
         }))
         .await
     }
 }
 
-async fn step_and_fetch(conn: &mut SqliteConnection, step: SearchStep) -> Result<StoredSearch> {
+async fn step_and_fetch(conn: &mut Conn, step: SearchStep) -> Result<StoredSearch> {
     apply(conn, &step).await?;
     search::fetch(conn, step.id).await
 }
 
 /// Stores a step and its log lines. The epoch is incremented unless the search keeps its lease.
 /// `recorded` becomes the validation error of the last line if the step records an individual.
-pub(crate) async fn apply(conn: &mut SqliteConnection, step: &SearchStep) -> Result<()> {
+pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
     let state = match (&step.end, step.yields) {
         (Some(end), _) => end.state,
         (None, true) => SearchState::Queued,
@@ -202,7 +202,7 @@ pub(crate) async fn apply(conn: &mut SqliteConnection, step: &SearchStep) -> Res
              reason = ?12, front_json = ?13, ended_ms = ?14
          WHERE id = ?15 AND epoch = ?16 AND state = 'running'"
     );
-    let done = sqlx::query(sqlx::AssertSqlSafe(sql))
+    let done = query(sql)
         .bind(state.name())
         .bind(keeps_lease)
         .bind(step.yields)
@@ -219,32 +219,34 @@ pub(crate) async fn apply(conn: &mut SqliteConnection, step: &SearchStep) -> Res
         .bind(step.end.as_ref().map(|end| end.ended_ms))
         .bind(step.id.key())
         .bind(signed(step.epoch))
-        .execute(&mut *conn)
+        .execute(conn)
         .await?;
-    changed(&done, LEASE_ENDED)?;
+    changed(done, LEASE_ENDED)?;
     log(conn, step).await
 }
 
 /// Inserts the log lines of a step. The last one has the hash of the new best individual, if there
 /// is one; all others have the hash of the best before the step.
-async fn log(conn: &mut SqliteConnection, step: &SearchStep) -> Result<()> {
+async fn log(conn: &mut Conn, step: &SearchStep) -> Result<()> {
     let last = step.lines.last().map(|line| line.generation);
     let new = step.best.as_ref().map(|best| best.hash);
     let head = "INSERT INTO search_log (search_id, generation, evaluations, seconds, fitted, held,
      median, diversity, repeats, best_hash) ";
-    insert_rows(conn, (head, ""), &step.lines, |row, line| {
+    insert_rows(conn, (head, ""), &step.lines, |line| {
         let is_last = Some(line.generation) == last;
         let best = new.filter(|_| is_last).or(step.best_before);
-        row.push_bind(step.id.key())
-            .push_bind(line.generation)
-            .push_bind(signed(line.evaluations))
-            .push_bind(line.seconds)
-            .push_bind(finite(line.fitted))
-            .push_bind(finite(line.held))
-            .push_bind(finite(line.median))
-            .push_bind(finite(line.diversity))
-            .push_bind(signed(line.repeats))
-            .push_bind(optional_key(best));
+        values![
+            step.id.key(),
+            line.generation,
+            signed(line.evaluations),
+            line.seconds,
+            finite(line.fitted),
+            finite(line.held),
+            finite(line.median),
+            finite(line.diversity),
+            signed(line.repeats),
+            optional_key(best),
+        ]
     })
     .await
 }

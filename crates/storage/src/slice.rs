@@ -2,9 +2,8 @@
 
 use std::time::Duration;
 
-use sqlx::SqliteConnection;
-
 use crate::error::Result;
+use crate::sql::Conn;
 use crate::writer::WriteFuture;
 use crate::{StorageError, Store};
 
@@ -44,7 +43,7 @@ impl Store {
     pub(crate) async fn write_slice<T, F>(&self, operation: impl Fn() -> F) -> Result<T>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         loop {
             match self.write_relaxed(operation()).await {

@@ -7,14 +7,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use sqlx::pool::PoolConnection;
 use sqlx::sqlite::SqlitePoolOptions;
-use sqlx::{ConnectOptions, Connection, Sqlite, SqliteConnection, SqlitePool, Transaction};
+use sqlx::{ConnectOptions, Connection, SqlitePool};
 use tokio::task::JoinHandle;
 
 use crate::error::Result;
 use crate::lock::{DirectoryLock, keep_private};
 use crate::row::{Record, record, select};
+use crate::sql::{Conn, Held};
 use crate::writer::{CommitTimes, Durability, WriteFuture, Writer, operation};
 use crate::{StorageError, connection};
 
@@ -151,11 +151,11 @@ impl Store {
         connection::assert_writing(&mut conn).await?;
         let sqlite_version = connection::sqlite_version(&mut conn).await?;
         connection::assert_migrated(&mut conn).await?;
-        Self::start(conn, &file, None, sqlite_version).await
+        Self::start(Conn::own(conn), &file, None, sqlite_version).await
     }
 
     async fn start(
-        conn: SqliteConnection,
+        conn: Conn,
         file: &Path,
         lock: Option<DirectoryLock>,
         sqlite_version: String,
@@ -241,24 +241,24 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn counts(&self) -> Result<StoreCounts> {
         let query = select::<StoreCounts>("");
-        StoreCounts::read(&query.fetch_one(&mut *self.reader().await?).await?)
+        StoreCounts::read(&query.fetch_one(&mut self.reader().await?).await?)
     }
 
     /// Returns a connection for one read.
-    pub(crate) async fn reader(&self) -> Result<PoolConnection<Sqlite>> {
-        Ok(self.inner.readers.acquire().await?)
+    pub(crate) async fn reader(&self) -> Result<Conn> {
+        Ok(Conn::Sqlite(Held::Pooled(self.inner.readers.acquire().await?)))
     }
 
     /// Returns a connection for several reads of one consistent state.
-    pub(crate) async fn snapshot(&self) -> Result<Transaction<'static, Sqlite>> {
-        Ok(self.inner.readers.begin().await?)
+    pub(crate) async fn snapshot(&self) -> Result<Conn> {
+        Ok(Conn::Sqlite(Held::Snapshot(self.inner.readers.begin().await?)))
     }
 
     /// Runs a write that is durable against power loss when this returns.
     pub(crate) async fn write<T, F>(&self, operation: F) -> Result<T>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         Ok(self.write_timed(operation).await?.0)
     }
@@ -267,7 +267,7 @@ impl Store {
     pub(crate) async fn write_timed<T, F>(&self, operation: F) -> Result<(T, CommitTimes)>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         self.inner.writer.write(Durability::PowerLoss, operation).await
     }
@@ -276,7 +276,7 @@ impl Store {
     pub(crate) async fn write_relaxed<T, F>(&self, operation: F) -> Result<T>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         Ok(self.inner.writer.write(Durability::ProcessDeath, operation).await?.0)
     }
@@ -285,7 +285,7 @@ impl Store {
 /// Database that only this process uses, with the current schema.
 pub(crate) struct Opened {
     /// Connection that writes.
-    pub conn: SqliteConnection,
+    pub conn: Conn,
     lock: DirectoryLock,
     file: PathBuf,
     sqlite_version: String,
@@ -320,6 +320,7 @@ impl Opened {
         let sqlite_version = connection::sqlite_version(&mut conn).await?;
         connection::migrate(&mut conn).await?;
         let lock = lock.watching(file.clone())?;
+        let conn = Conn::own(conn);
         Ok(Self { conn, lock, file, sqlite_version, unclean })
     }
 

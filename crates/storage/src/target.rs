@@ -4,7 +4,8 @@
 use brood_protocol::{CorrectedScene, Target, TargetId};
 
 use crate::error::Result;
-use crate::row::{Columns, Key, optional_key};
+use crate::row::{Key, optional_key};
+use crate::sql::query;
 use crate::writer::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
 
@@ -33,15 +34,13 @@ impl Store {
         self.write(operation!(|conn| {
             let NewTarget { target, hash, bytes, idempotency } = new;
             idempotency::insert(conn, idempotency.as_ref(), target.created_ms).await?;
-            sqlx::query(
-                "INSERT INTO target_file (hash, bytes) VALUES (?, ?) ON CONFLICT DO NOTHING",
-            )
-            .bind(hash.as_slice())
-            .bind(bytes)
-            .execute(&mut *conn)
-            .await?;
+            query("INSERT INTO target_file (hash, bytes) VALUES (?, ?) ON CONFLICT DO NOTHING")
+                .bind(hash.as_slice())
+                .bind(bytes)
+                .execute(conn)
+                .await?;
             let json = serde_json::to_string(&target).expect("a target is plain data");
-            sqlx::query(
+            query(
                 "INSERT INTO target (id, kind, file_hash, created_ms, json)
                  VALUES (?, ?, ?, ?, ?)",
             )
@@ -62,8 +61,8 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn target(&self, id: TargetId) -> Result<Target> {
-        let query = sqlx::query("SELECT json FROM target WHERE id = ?").bind(id.key());
-        query.fetch_one(&mut *self.reader().await?).await?.column("json")
+        let query = query("SELECT json FROM target WHERE id = ?").bind(id.key());
+        query.fetch_one(&mut self.reader().await?).await?.column("json")
     }
 
     /// Sets the corrected scenes of a target's images. Does nothing if the target was deleted.
@@ -79,15 +78,15 @@ impl Store {
         corrected: Vec<Option<CorrectedScene>>,
     ) -> Result<()> {
         self.write(operation!(|conn| {
-            let query = sqlx::query("SELECT json FROM target WHERE id = ?").bind(id.key());
-            let Some(row) = query.fetch_optional(&mut *conn).await? else { return Ok(()) };
+            let read = query("SELECT json FROM target WHERE id = ?").bind(id.key());
+            let Some(row) = read.fetch_optional(conn).await? else { return Ok(()) };
             let mut target: Target = row.column("json")?;
             assert_eq!(target.views.len(), corrected.len(), "every image has a scene");
             for (view, corrected) in target.views.iter_mut().zip(corrected) {
                 view.corrected = corrected;
             }
             let json = serde_json::to_string(&target).expect("a target is plain data");
-            let update = sqlx::query("UPDATE target SET json = ? WHERE id = ?").bind(json);
+            let update = query("UPDATE target SET json = ? WHERE id = ?").bind(json);
             update.bind(id.key()).execute(conn).await?;
             Ok(())
         }))
@@ -100,8 +99,8 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn list_targets(&self, before: Option<TargetId>, limit: u32) -> Result<Vec<Target>> {
         let sql = "SELECT json FROM target WHERE ?1 IS NULL OR id < ?1 ORDER BY id DESC LIMIT ?2";
-        let query = sqlx::query(sql).bind(optional_key(before)).bind(limit);
-        let rows = query.fetch_all(&mut *self.reader().await?).await?;
+        let query = query(sql).bind(optional_key(before)).bind(limit);
+        let rows = query.fetch_all(&mut self.reader().await?).await?;
         rows.iter().map(|row| row.column("json")).collect()
     }
 
@@ -110,8 +109,8 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn target_file(&self, hash: [u8; 32]) -> Result<Vec<u8>> {
-        let query = sqlx::query("SELECT bytes FROM target_file WHERE hash = ?");
-        let row = query.bind(hash.as_slice()).fetch_one(&mut *self.reader().await?).await?;
+        let query = query("SELECT bytes FROM target_file WHERE hash = ?");
+        let row = query.bind(hash.as_slice()).fetch_one(&mut self.reader().await?).await?;
         row.column("bytes")
     }
 
@@ -122,19 +121,19 @@ impl Store {
     /// unfinished search uses it.
     pub async fn delete_target(&self, id: TargetId) -> Result<()> {
         self.write(operation!(|conn| {
-            let used: i64 = sqlx::query_scalar(
+            let used: i64 = query(
                 "SELECT count(*) FROM search
                  WHERE target_id = ? AND state IN ('queued', 'running', 'paused')",
             )
             .bind(id.key())
-            .fetch_one(&mut *conn)
+            .fetch_value(conn)
             .await?;
             if used > 0 {
                 return Err(IN_USE);
             }
             let sql = "DELETE FROM target WHERE id = ? RETURNING file_hash";
-            let row = sqlx::query(sql).bind(id.key()).fetch_one(&mut *conn).await?;
-            sqlx::query(
+            let row = query(sql).bind(id.key()).fetch_one(conn).await?;
+            query(
                 "DELETE FROM target_file WHERE hash = ?1
                  AND NOT EXISTS (SELECT 1 FROM target WHERE file_hash = ?1)",
             )

@@ -21,6 +21,7 @@ use brood_protocol::{
 };
 use tempfile::TempDir;
 
+use crate::sql::query;
 use crate::{
     Idempotency, NewGeneration, NewGenome, NewIndividual, NewPicture, StorageError, Store,
     StoredGeneration, StoredGenome,
@@ -69,7 +70,7 @@ async fn age(store: &Store, genomes: &[GenomeHash]) {
             Box::pin(async move {
                 let sql = "UPDATE genome SET bytes = ?, bases = NULL, layers = NULL WHERE hash = ?";
                 let hash = hash.as_bytes().to_vec();
-                sqlx::query(sql).bind(bytes).bind(hash).execute(conn).await?;
+                query(sql).bind(bytes).bind(hash).execute(conn).await?;
                 Ok(())
             })
         });
@@ -81,7 +82,7 @@ async fn age(store: &Store, genomes: &[GenomeHash]) {
 async fn execute(store: &Store, sql: &'static str) {
     let change = store.write(move |conn| {
         Box::pin(async move {
-            sqlx::query(sql).execute(conn).await?;
+            query(sql).execute(conn).await?;
             Ok(())
         })
     });

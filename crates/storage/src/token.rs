@@ -3,6 +3,7 @@
 
 use crate::error::{Result, changed, unique_conflict};
 use crate::row::{Record, columns, record, select};
+use crate::sql::query;
 use crate::writer::operation;
 use crate::{StorageError, Store};
 
@@ -80,7 +81,7 @@ impl Store {
     ) -> Result<()> {
         let name = name.to_owned();
         self.write(operation!(|conn| {
-            sqlx::query("INSERT INTO token (name, scope, hash, expires_ms) VALUES (?, ?, ?, ?)")
+            query("INSERT INTO token (name, scope, hash, expires_ms) VALUES (?, ?, ?, ?)")
                 .bind(name)
                 .bind(scope.name())
                 .bind(hash.as_slice())
@@ -99,7 +100,7 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn list_tokens(&self) -> Result<Vec<Token>> {
         let query = select::<Token>("FROM token ORDER BY name");
-        query.fetch_all(&mut *self.reader().await?).await?.iter().map(Token::read).collect()
+        query.fetch_all(&mut self.reader().await?).await?.iter().map(Token::read).collect()
     }
 
     /// Deletes a token; true if it was the last one. Access stays closed then: see
@@ -110,11 +111,11 @@ impl Store {
     pub async fn revoke_token(&self, name: &str) -> Result<bool> {
         let name = name.to_owned();
         self.write(operation!(|conn| {
-            let query = sqlx::query("DELETE FROM token WHERE name = ?").bind(name);
-            changed(&query.execute(&mut *conn).await?, StorageError::NotFound)?;
+            let delete = query("DELETE FROM token WHERE name = ?").bind(name);
+            changed(delete.execute(conn).await?, StorageError::NotFound)?;
             let close = "INSERT INTO closed (at_ms) SELECT CAST(1000 * unixepoch('subsec') AS INTEGER) \
                          WHERE NOT EXISTS (SELECT 1 FROM token)";
-            Ok(sqlx::query(close).execute(conn).await?.rows_affected() > 0)
+            Ok(query(close).execute(conn).await? > 0)
         }))
         .await
     }
@@ -125,11 +126,11 @@ impl Store {
     /// Returns [`StorageError::Conflict`] if there is a token.
     pub async fn open_access(&self) -> Result<()> {
         self.write(operation!(|conn| {
-            let any = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM token)");
-            if any.fetch_one(&mut *conn).await? {
+            let any = query("SELECT EXISTS (SELECT 1 FROM token)");
+            if any.fetch_value(conn).await? {
                 return Err(StorageError::Conflict { what: "there are tokens" });
             }
-            sqlx::query("DELETE FROM closed").execute(conn).await?;
+            query("DELETE FROM closed").execute(conn).await?;
             Ok(())
         }))
         .await
@@ -141,7 +142,7 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn needs_token(&self) -> Result<bool> {
         let sql = "SELECT EXISTS (SELECT 1 FROM token) OR EXISTS (SELECT 1 FROM closed)";
-        Ok(sqlx::query_scalar(sql).fetch_one(&mut *self.reader().await?).await?)
+        query(sql).fetch_value(&mut self.reader().await?).await
     }
 
     /// Returns the token with this hash, or `None`. The caller checks if it has expired.
@@ -150,7 +151,7 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn token_by_hash(&self, hash: [u8; 32]) -> Result<Option<Token>> {
         let query = select::<Token>("FROM token WHERE hash = ?").bind(hash.as_slice());
-        let row = query.fetch_optional(&mut *self.reader().await?).await?;
+        let row = query.fetch_optional(&mut self.reader().await?).await?;
         row.as_ref().map(Token::read).transpose()
     }
 
@@ -159,7 +160,7 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn any_token(&self) -> Result<bool> {
-        let query = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM token)");
-        Ok(query.fetch_one(&mut *self.reader().await?).await?)
+        let query = query("SELECT EXISTS (SELECT 1 FROM token)");
+        query.fetch_value(&mut self.reader().await?).await
     }
 }

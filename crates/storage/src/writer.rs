@@ -12,13 +12,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use sqlx::{Connection, SqliteConnection};
 use tokio::sync::{mpsc, oneshot};
 
 use crate::StorageError;
 use crate::checkpoint::{close_connection, run_checkpoint};
 use crate::error::{FailureScope, Result};
 use crate::lock::DirectoryLock;
+use crate::sql::{Conn, query};
 
 /// Capacity of the channel. If it is full, [`StorageError::Busy`] is returned.
 const CHANNEL_OPERATIONS: usize = 256;
@@ -85,7 +85,7 @@ struct Pending<T, F> {
 
 /// Type-erased [`Pending`].
 trait Operation: Send {
-    fn run<'c>(self: Box<Self>, conn: &'c mut SqliteConnection) -> WriteFuture<'c, Executed>;
+    fn run<'c>(self: Box<Self>, conn: &'c mut Conn) -> WriteFuture<'c, Executed>;
     fn reject(self: Box<Self>, error: StorageError);
 }
 
@@ -99,9 +99,9 @@ struct Executed {
 impl<T, F> Operation for Pending<T, F>
 where
     T: Send + 'static,
-    F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
+    F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
 {
-    fn run<'c>(self: Box<Self>, conn: &'c mut SqliteConnection) -> WriteFuture<'c, Executed> {
+    fn run<'c>(self: Box<Self>, conn: &'c mut Conn) -> WriteFuture<'c, Executed> {
         Box::pin(async move {
             let result = (self.operation)(conn).await;
             let failure = result.as_ref().err().map(StorageError::failure_scope);
@@ -154,7 +154,7 @@ pub(crate) struct Writer {
 impl Writer {
     /// Starts the task. It ends on [`Writer::close`] or when all senders are dropped.
     pub(crate) fn start(
-        conn: SqliteConnection,
+        conn: Conn,
         lock: Option<DirectoryLock>,
     ) -> (Self, tokio::task::JoinHandle<()>) {
         let (sender, receiver) = mpsc::channel(CHANNEL_OPERATIONS);
@@ -185,7 +185,7 @@ impl Writer {
     ) -> Result<(T, CommitTimes)>
     where
         T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut SqliteConnection) -> WriteFuture<'c, Result<T>> + Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         let (answer, answered) = oneshot::channel();
         let operation = Box::new(Pending { operation, enqueued: Instant::now(), answer });
@@ -222,7 +222,7 @@ impl Writer {
 /// State of the task.
 struct WriterTask {
     /// `None` once the store is poisoned.
-    conn: Option<SqliteConnection>,
+    conn: Option<Conn>,
     receiver: mpsc::Receiver<Message>,
     poisoned: Arc<AtomicBool>,
     lock: Option<DirectoryLock>,
@@ -457,11 +457,7 @@ const RELEASE_AND_COMMIT: &str = "RELEASE operation; COMMIT";
 const ROLLBACK_AND_COMMIT: &str = "ROLLBACK TO operation; RELEASE operation; COMMIT";
 
 /// Opens a transaction with the requested durability, and the savepoint of its first operation.
-async fn begin(
-    conn: &mut SqliteConnection,
-    durability: Durability,
-    synced: &mut bool,
-) -> Result<()> {
+async fn begin(conn: &mut Conn, durability: Durability, synced: &mut bool) -> Result<()> {
     let wanted = durability == Durability::PowerLoss;
     let sql = match (*synced == wanted, wanted) {
         (true, _) => BEGIN,
@@ -478,7 +474,7 @@ async fn begin(
     Ok(())
 }
 
-async fn execute(conn: &mut SqliteConnection, sql: &'static str) -> Result<()> {
-    sqlx::query(sql).execute(conn).await?;
+async fn execute(conn: &mut Conn, sql: &'static str) -> Result<()> {
+    query(sql).execute(conn).await?;
     Ok(())
 }

@@ -10,6 +10,7 @@ use tempfile::TempDir;
 use super::{
     execute, generation, hash, key, lineage, new_generation, new_lineage, open, picture, scene,
 };
+use crate::sql::query;
 use crate::{Scope, StorageError, Store, connection};
 
 /// Returns a copy of the files, as a killed process would leave them at this moment.
@@ -236,7 +237,7 @@ async fn store_rejects_writes_when_transaction_is_lost() {
     let lost = store
         .write(|conn| {
             Box::pin(async move {
-                sqlx::query("ROLLBACK").execute(conn).await?;
+                query("ROLLBACK").execute(conn).await?;
                 Ok(())
             })
         })
@@ -257,7 +258,7 @@ async fn store_rejects_writes_when_operation_panics() {
 async fn relaxed(store: &Store) {
     let change = store.write_relaxed(|conn| {
         Box::pin(async move {
-            sqlx::query("UPDATE lineage SET notes = notes").execute(conn).await?;
+            query("UPDATE lineage SET notes = notes").execute(conn).await?;
             Ok(())
         })
     });
@@ -271,9 +272,7 @@ async fn durable_writes_are_flushed_after_relaxed_commits() {
     let level = |store: Store| async move {
         store
             .write(|conn| {
-                Box::pin(async move {
-                    Ok(sqlx::query_scalar::<_, i64>("PRAGMA synchronous").fetch_one(conn).await?)
-                })
+                Box::pin(async move { query("PRAGMA synchronous").fetch_value::<i64>(conn).await })
             })
             .await
             .unwrap()
@@ -300,7 +299,7 @@ async fn log_size_is_bounded() {
 async fn readers_cannot_write() {
     let (_dir, store) = open().await;
     let mut conn = store.reader().await.unwrap();
-    let refused = sqlx::query("DELETE FROM token").execute(&mut *conn).await;
+    let refused = query("DELETE FROM token").execute(&mut conn).await;
     assert!(refused.is_err(), "{refused:?}");
 }
 

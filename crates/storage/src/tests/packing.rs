@@ -6,9 +6,10 @@ use std::sync::Arc;
 use brood_genome::{BirthKey, Dialect, Genome, GenomeHash, Start, Variation};
 use brood_protocol::{LineageId, ParentRef};
 use sqlx::sqlite::SqliteConnectOptions;
-use sqlx::{ConnectOptions, Connection, Row};
+use sqlx::{ConnectOptions, Connection};
 
 use super::{age, child, execute, lineage, new_generation, open};
+use crate::sql::query;
 use crate::{NewGenome, NewIndividual, Store, StoredGenome};
 
 fn random(slot: u32) -> Genome {
@@ -42,10 +43,10 @@ async fn packed(store: &Store, genome: &Genome) -> Option<(usize, usize)> {
     let sql = "SELECT length(bases) / 32, length(bytes) FROM genome WHERE hash = ?";
     let hash = genome.hash().as_bytes().to_vec();
     let mut conn = store.reader().await.unwrap();
-    let row = sqlx::query(sql).bind(hash).fetch_one(&mut *conn).await.unwrap();
-    let bases: Option<i64> = row.get(0);
-    let size = |value: i64| usize::try_from(value).unwrap();
-    bases.map(|bases| (size(bases), size(row.get(1))))
+    let row = query(sql).bind(hash).fetch_one(&mut conn).await.unwrap();
+    let bases: Option<u32> = row.column(0).unwrap();
+    let size: u32 = row.column(1).unwrap();
+    bases.map(|bases| (bases as usize, size as usize))
 }
 
 async fn assert_whole(store: &Store, genomes: &[&Genome]) {
@@ -133,7 +134,7 @@ async fn compaction_packs_what_earlier_versions_stored() {
     let first_version = store.write(move |conn| {
         Box::pin(async move {
             let sql = "UPDATE genome SET bytes = NULL, text = ? WHERE hash = ?";
-            sqlx::query(sql).bind(words).bind(hash).execute(conn).await?;
+            query(sql).bind(words).bind(hash).execute(conn).await?;
             Ok(())
         })
     });
