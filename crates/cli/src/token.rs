@@ -137,7 +137,7 @@ async fn list(args: &ListArgs, json: bool) -> Result<()> {
 
 async fn revoke(args: &RevokeArgs, json: bool) -> Result<()> {
     let store = open(args.data.as_ref()).await?;
-    let revoked = store.revoke_token(&args.name).await;
+    let revoked = store.revoke_token(&args.name, now_ms()).await;
     store.close().await?;
     let was_last = revoked.map_err(|error| match error {
         StorageError::NotFound => {

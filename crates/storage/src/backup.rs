@@ -11,9 +11,10 @@ use std::path::{Path, PathBuf};
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode};
 use sqlx::{ConnectOptions, Connection};
 
+use crate::engine::sqlite::connection;
+use crate::engine::sqlite::lock::keep_private;
 use crate::error::Result;
-use crate::lock::keep_private;
-use crate::{StorageError, Store, connection};
+use crate::{StorageError, Store};
 
 impl Store {
     /// Writes a consistent copy of the database into a new file, and checks it.
@@ -22,6 +23,7 @@ impl Store {
     /// Returns [`StorageError::Conflict`] if the file exists, [`StorageError::Directory`] if it
     /// cannot be written, [`StorageError::Corrupt`] if the copy is damaged.
     pub async fn backup(&self, file: &Path) -> Result<()> {
+        self.embedded("a backup")?;
         // Created first, so that no existing file is overwritten.
         let claimed = File::options().write(true).create_new(true).open(file);
         let claimed = claimed.and_then(|claimed| keep_private(file).map(|()| claimed));
@@ -51,15 +53,16 @@ impl Store {
 
     /// Copies database and log.
     async fn copy_into(&self, file: &Path, mut to: File) -> Result<()> {
-        let from = self.file();
+        let engine = self.embedded("a backup")?;
+        let from = engine.file.as_path();
         // A separate connection: copying takes long, and the pool is for short reads.
         let mut conn = connection::reading(from).connect().await?;
         let mut read = conn.begin().await?;
         // The transaction begins with its first read.
         sqlx::query("SELECT count(*) FROM sqlite_schema").fetch_one(&mut *read).await?;
         // Closing a file gives up all locks that this process has on it, those of SQLite too.
-        let database = self.open_until_closed(from)?;
-        let source = self.open_until_closed(&beside(from, "-wal"))?;
+        let database = engine.open_until_closed(from)?;
+        let source = engine.open_until_closed(&beside(from, "-wal"))?;
         let log = beside(file, "-wal");
         let copied = tokio::task::spawn_blocking(move || -> io::Result<()> {
             io::copy(&mut &*database, &mut to)?;

@@ -6,11 +6,11 @@ use std::path::Path;
 use brood_genome::{Genome, GenomeHash};
 use brood_protocol::GenerationId;
 
+use crate::engine::sqlite::Opened;
 use crate::error::Result;
 use crate::genome::{self, Bases};
 use crate::row::{Key, corrupt_column};
 use crate::sql::{Conn, query};
-use crate::store::Opened;
 use crate::{StorageError, Store, StoredGenome};
 
 /// Number of generations, or of genomes, in a transaction.

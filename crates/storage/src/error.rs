@@ -1,5 +1,4 @@
-//! Errors of the store, and their classification by SQLite's result codes. Messages contain no
-//! paths.
+//! Errors of the store, and their classification by the engines' codes. Messages contain no paths.
 
 use sqlx::error::ErrorKind;
 
@@ -56,7 +55,10 @@ pub enum StorageError {
     /// The data directory is not accessible.
     #[error("cannot access the data directory: {}", .0.kind())]
     Directory(#[source] std::io::Error),
-    /// Any other error of SQLite.
+    /// There is no connection to the database. What was being written may be stored.
+    #[error("cannot reach the database: {0}")]
+    Unreachable(String),
+    /// Any other error of the database.
     #[error("database error")]
     Database(#[source] sqlx::Error),
 }
@@ -78,6 +80,8 @@ pub(crate) enum FailureScope {
 /// Error for a write under a lease of another epoch.
 pub(crate) const LEASE_ENDED: StorageError =
     StorageError::Conflict { what: "the lease is no longer valid" };
+
+const ID_IN_USE: StorageError = StorageError::Conflict { what: "the id is already in use" };
 
 const SQLITE_BUSY: i32 = 5;
 const SQLITE_LOCKED: i32 = 6;
@@ -122,9 +126,7 @@ impl From<sqlx::Error> for StorageError {
         let kind = error.as_database_error().map(|database| database.kind());
         match (kind, code(&error)) {
             (Some(ErrorKind::ForeignKeyViolation), _) => Self::NotFound,
-            (Some(ErrorKind::UniqueViolation), _) => {
-                Self::Conflict { what: "the id is already in use" }
-            }
+            (Some(ErrorKind::UniqueViolation), _) => ID_IN_USE,
             (_, Some(SQLITE_IOERR_SHMSIZE)) => Self::Full,
             (_, Some(code)) => match code & 0xff {
                 SQLITE_FULL => Self::Full,
@@ -135,6 +137,32 @@ impl From<sqlx::Error> for StorageError {
             },
             _ => Self::Database(error),
         }
+    }
+}
+
+/// Classifies an error of PostgreSQL by its SQLSTATE.
+pub(crate) fn postgres_error(error: sqlx::Error) -> StorageError {
+    let Some(database) = error.as_database_error() else {
+        return match error {
+            sqlx::Error::Io(_) | sqlx::Error::Protocol(_) | sqlx::Error::Tls(_) => {
+                StorageError::Unreachable(error.to_string())
+            }
+            error => error.into(),
+        };
+    };
+    let message = database.message().to_owned();
+    match database.code().as_deref().unwrap_or_default() {
+        "23503" => StorageError::NotFound,
+        "23505" => ID_IN_USE,
+        // Serialization failure, deadlock, lock or statement timeout, too many connections.
+        "40001" | "40P01" | "55P03" | "57014" | "53300" => StorageError::Busy,
+        "53100" => StorageError::Full,
+        // Shutdown, crash, start; limit of an idle transaction; access refused; no such database.
+        "57P01" | "57P02" | "57P03" | "25P03" | "28000" | "28P01" | "3D000" => {
+            StorageError::Unreachable(message)
+        }
+        "XX001" | "XX002" => StorageError::Corrupt(message),
+        _ => StorageError::Database(error),
     }
 }
 

@@ -11,7 +11,7 @@ use brood_protocol::{JobId, JobStatus};
 use crate::error::{LEASE_ENDED, Result, changed};
 use crate::row::{Key, Record, insert_rows, record, returning, select, signed, values};
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
 
 /// An export fails after this many consecutive worker deaths without a new file.
@@ -65,7 +65,7 @@ record! {
         pub made: u32 = "(SELECT count(bytes) FROM export_file WHERE export_id = export.id)",
         /// Size of the files so far, in bytes.
         pub bytes: u64 =
-            "(SELECT coalesce(sum(bytes), 0) FROM export_file WHERE export_id = export.id)",
+            "(SELECT CAST(coalesce(sum(bytes), 0) AS BIGINT) FROM export_file WHERE export_id = export.id)",
         /// Creation time, in milliseconds since 1970-01-01 UTC.
         pub created_ms: i64,
         /// Time of the first lease, in milliseconds since 1970-01-01 UTC.
@@ -106,7 +106,8 @@ record! {
 
 const CLAIM: &str = "UPDATE export SET state = 'running', epoch = epoch + 1, worker = ?1,
         started_ms = coalesce(started_ms, ?2)
-    WHERE id = (SELECT id FROM export WHERE state = 'queued' ORDER BY id LIMIT 1)";
+    WHERE id = (SELECT id FROM export WHERE state = 'queued' ORDER BY id LIMIT 1
+        /*pg: FOR UPDATE SKIP LOCKED*/)";
 /// Parameters: 1 if the worker died, else 0; limit of deaths; time; id; epoch.
 const RELEASE: &str = "UPDATE export SET
         deaths = deaths + ?1,

@@ -22,9 +22,9 @@ const DESCENDANTS: &str = "WHERE individual.generation_id IN (
              SELECT child.generation_id
              FROM brood
              JOIN generation_parent AS child ON child.parent_generation_id = brood.id
-             LIMIT 10000
+             /*sqlite*/ LIMIT 10000 /*end*/
          )
-         SELECT id FROM brood
+         SELECT id FROM brood /*pg: LIMIT 10000*/
      )
      AND (?2 IS NULL OR (individual.generation_id, individual.slot) > (?2, ?4))
      ORDER BY individual.generation_id, individual.slot LIMIT ?3";

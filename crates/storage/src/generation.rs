@@ -13,7 +13,7 @@ use crate::genome::{self, Bases, NewGenome};
 use crate::individual::{self, StoredIndividual};
 use crate::row::{Key, Record, insert_rows, key_set, optional_key, record, select, signed, values};
 use crate::sql::{Conn, Query, SqlRow, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{
     CommitTimes, Idempotency, NewPicture, SearchStep, StorageError, Store, idempotency, picture,
     search_lease,
@@ -230,7 +230,8 @@ const WITHIN: &str = "SELECT count(*) AS within FROM (
          SELECT sum(children) OVER (ORDER BY position) AS total FROM (
              SELECT position,
                  (SELECT count(*) FROM individual WHERE generation_id = generation.id) AS children
-             FROM generation WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?))
+             FROM generation WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?)
+         AS sized) AS summed
      WHERE total <= ?";
 
 /// Inserts a generation with everything that belongs to it.

@@ -16,7 +16,7 @@ use crate::error::Result;
 use crate::packing::{self, BASES_MAX, Packer};
 use crate::row::{Key, corrupt_column, insert_rows, key_set, values};
 use crate::sql::{Conn, SqlRow, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{StorageError, Store};
 
 /// Genome to be stored.
@@ -52,7 +52,7 @@ impl Store {
     pub async fn put_genome(&self, genome: NewGenome) -> Result<()> {
         self.write(operation!(|conn| {
             insert(conn, std::slice::from_ref(&genome), &Bases::default()).await?;
-            query("UPDATE genome SET kept = 1 WHERE hash = ? AND kept = 0")
+            query("UPDATE genome SET kept = TRUE WHERE hash = ? AND NOT kept")
                 .bind(genome.hash.key())
                 .execute(conn)
                 .await?;
@@ -179,8 +179,8 @@ impl Bases {
         children: usize,
     ) -> Result<Self> {
         let parents = query(
-            "SELECT DISTINCT genome_hash FROM generation_parent
-             WHERE generation_id = ? ORDER BY place LIMIT ?",
+            "SELECT genome_hash FROM generation_parent
+             WHERE generation_id = ? GROUP BY genome_hash ORDER BY min(place) LIMIT ?",
         )
         .bind(generation.key())
         .bind(BASES_MAX as i64)

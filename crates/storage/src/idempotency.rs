@@ -5,7 +5,7 @@
 use crate::Store;
 use crate::error::{Result, unique_conflict};
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 
 /// Idempotency record, stored in the transaction of the write that it answers.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -17,7 +17,7 @@ use crate::lineage;
 use crate::row::Key;
 use crate::slice::Pace;
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{
     Idempotency, NewGeneration, NewGenome, StorageError, Store, generation, genome, idempotency,
 };
@@ -174,7 +174,7 @@ async fn insert_marks(
 async fn finish(conn: &mut Conn, id: LineageId) -> Result<()> {
     for sql in [
         "DELETE FROM unfinished_lineage WHERE lineage_id = ?",
-        "UPDATE lineage SET hidden = 0 WHERE id = ?",
+        "UPDATE lineage SET hidden = FALSE WHERE id = ?",
     ] {
         query(sql).bind(id.key()).execute(conn).await?;
     }

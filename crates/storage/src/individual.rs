@@ -9,7 +9,7 @@ use brood_protocol::{GenerationId, IndividualId, LineageId, ParentRef, PatchIndi
 use crate::error::{Result, changed};
 use crate::row::{Key, Record, key_set, optional_key, record, select, signed};
 use crate::sql::{Conn, KeySet, Query, SqlRow, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{StorageError, Store, genome};
 
 record! {
@@ -53,8 +53,9 @@ record! {
 /// Cover of each lineage of a set; NULL if it has no individuals.
 const COVERS: &str = "SELECT lineage.id, coalesce(
          lineage.cover_id,
-         (SELECT max(individual.id) FROM individual
-          WHERE individual.favourite = 1 AND individual.lineage_id = lineage.id),
+         (SELECT individual.id FROM individual
+          WHERE individual.favourite /*sqlite*/ = 1 /*end*/ AND individual.lineage_id = lineage.id
+          ORDER BY individual.id DESC LIMIT 1),
          (SELECT coalesce(generation.centre_id,
               (SELECT individual.id FROM individual
                WHERE individual.generation_id = generation.id ORDER BY slot LIMIT 1))
@@ -64,7 +65,7 @@ const COVERS: &str = "SELECT lineage.id, coalesce(
 /// Condition of favourites in visible lineages, and in lineage `?3`: two statements, so that each
 /// uses its index.
 const IN_VISIBLE: &str =
-    "EXISTS (SELECT 1 FROM lineage WHERE id = individual.lineage_id AND hidden = 0)";
+    "EXISTS (SELECT 1 FROM lineage WHERE id = individual.lineage_id AND NOT hidden)";
 const IN_LINEAGE: &str = "individual.lineage_id = ?3";
 
 /// Query for individuals, to be read by [`with_parents`]; `rest` is its end. `unread_bytes` are the
@@ -166,7 +167,7 @@ impl Store {
         let mut conn = self.snapshot().await?;
         let place = if lineage.is_some() { IN_LINEAGE } else { IN_VISIBLE };
         let mut query = select_individuals(&format!(
-            "WHERE individual.favourite = 1 AND (?1 IS NULL OR individual.id < ?1) AND {place}
+            "WHERE individual.favourite /*sqlite*/ = 1 /*end*/ AND (?1 IS NULL OR individual.id < ?1) AND {place}
              ORDER BY individual.id DESC LIMIT ?2"
         ));
         query = query.bind(optional_key(cursor)).bind(limit);

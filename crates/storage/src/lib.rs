@@ -24,9 +24,8 @@
 
 mod backup;
 mod check;
-mod checkpoint;
 mod compact;
-mod connection;
+mod engine;
 mod error;
 mod export;
 mod family;
@@ -37,7 +36,6 @@ mod import;
 mod individual;
 mod light_asset;
 mod lineage;
-mod lock;
 mod mesh;
 mod outline;
 mod packing;
@@ -52,7 +50,7 @@ mod sql;
 mod store;
 mod target;
 mod token;
-mod writer;
+mod write;
 
 #[cfg(test)]
 mod tests;
@@ -75,4 +73,4 @@ pub use search_lease::{ClaimedSearch, SearchEnd, SearchStep};
 pub use store::{Store, StoreCounts};
 pub use target::NewTarget;
 pub use token::{Scope, Token};
-pub use writer::CommitTimes;
+pub use write::CommitTimes;

@@ -6,7 +6,7 @@ use brood_protocol::LightAssetKind;
 use crate::Store;
 use crate::error::Result;
 use crate::sql::query;
-use crate::writer::operation;
+use crate::write::operation;
 
 impl Store {
     /// Stores a file. Equal files are stored once.

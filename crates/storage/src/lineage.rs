@@ -10,7 +10,7 @@ use crate::error::{Result, changed};
 use crate::idempotency::{self, Idempotency};
 use crate::row::{Key, Record, key_set, optional_key, record, select, signed};
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{StorageError, Store};
 
 /// Position in the list of lineages: after the lineage it names, even if that has been removed.
@@ -112,7 +112,7 @@ record!(Lineage {
     energy_limit,
     // Positions have no gaps; counting would read them all.
     generations = "(SELECT coalesce(max(position) + 1, 0) FROM generation WHERE lineage_id = lineage.id)",
-    favourites = "(SELECT count(*) FROM individual WHERE lineage_id = lineage.id AND favourite = 1)",
+    favourites = "(SELECT count(*) FROM individual WHERE lineage_id = lineage.id AND favourite /*sqlite*/ = 1 /*end*/)",
     created_ms,
     version,
 });
@@ -213,7 +213,7 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn hide_lineage(&self, id: LineageId) -> Result<()> {
         self.write(operation!(|conn| {
-            let query = query("UPDATE lineage SET hidden = 1 WHERE id = ?");
+            let query = query("UPDATE lineage SET hidden = TRUE WHERE id = ?");
             changed(query.bind(id.key()).execute(conn).await?, StorageError::NotFound)
         }))
         .await
@@ -221,8 +221,8 @@ impl Store {
 }
 
 /// Condition for a pattern; texts that are not ASCII always meet it.
-const PATTERN: &str = "AND (name || char(10) || notes || char(10) || tags_json LIKE ?5
-     OR length(name || notes || tags_json) < length(CAST(name || notes || tags_json AS BLOB)))";
+const PATTERN: &str = "AND (lower(name || '\n' || notes || '\n' || tags_json) LIKE ?5
+     OR length(name || notes || tags_json) < octet_length(name || notes || tags_json))";
 
 /// Searches for the ids of at most `limit` lineages, the newest first. Reads batches until it has
 /// enough.
@@ -275,7 +275,7 @@ async fn fetch_after<T: Record>(
 /// # Errors
 /// Returns [`StorageError::NotFound`] if it does not exist.
 pub(crate) async fn set_unfinished(conn: &mut Conn, id: LineageId) -> Result<()> {
-    let hide = query("UPDATE lineage SET hidden = 1 WHERE id = ?").bind(id.key());
+    let hide = query("UPDATE lineage SET hidden = TRUE WHERE id = ?").bind(id.key());
     changed(hide.execute(conn).await?, StorageError::NotFound)?;
     let sql = "INSERT INTO unfinished_lineage (lineage_id) VALUES (?) ON CONFLICT DO NOTHING";
     query(sql).bind(id.key()).execute(conn).await?;

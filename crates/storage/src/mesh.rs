@@ -7,7 +7,7 @@ use crate::Store;
 use crate::error::Result;
 use crate::row::{Key, Record, record, select, signed};
 use crate::sql::query;
-use crate::writer::operation;
+use crate::write::operation;
 
 record! {
     /// Mesh without its data.

@@ -25,7 +25,7 @@ record! {
                  WHERE born.id = parent.parent_generation_id
                      AND born.lineage_id = generation.lineage_id),
                 (SELECT born.id FROM individual AS one
-                 CROSS JOIN generation AS born ON born.id = one.generation_id
+                 /*sqlite*/ CROSS /*end*/ JOIN generation AS born ON born.id = one.generation_id
                  WHERE parent.individual_id IS NULL AND one.genome_hash = parent.genome_hash
                      AND born.lineage_id = generation.lineage_id
                      AND born.position < generation.position
@@ -44,11 +44,11 @@ record! {
 /// First children.
 const FIRST: &str = "WHERE individual.slot = 0
      AND individual.generation_id IN (SELECT unhex(value) FROM json_each(?1))";
-/// Others that are kept: favourites, and all of generations that were adopted. `+` keeps SQLite
-/// from reading all favourites.
+/// Others that are kept: favourites, and all of generations that were adopted. `IS TRUE` keeps
+/// SQLite from reading all favourites.
 const OTHERS: &str = "WHERE individual.slot > 0 AND individual.id IN (
          SELECT id FROM individual
-         WHERE generation_id IN (SELECT unhex(value) FROM json_each(?1)) AND +favourite = 1
+         WHERE generation_id IN (SELECT unhex(value) FROM json_each(?1)) AND favourite IS TRUE
          UNION
          SELECT id FROM individual
          WHERE generation_id IN (SELECT unhex(value) FROM json_each(?2)) AND operator = 'adopt')";

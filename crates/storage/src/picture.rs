@@ -12,7 +12,7 @@ use crate::Store;
 use crate::error::Result;
 use crate::row::{Key, Record, columns, insert_rows, key_set, record, select, values};
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 
 record! {
     /// Parameters that are needed to render a picture, with its key.
@@ -27,7 +27,7 @@ record! {
         /// Position of the scene's lights on the light orbit, in degrees.
         pub light_deg: f64,
         /// Size of the whole picture.
-        pub size_px: PictureSize = "size_px || ifnull('x' || height_px, '')",
+        pub size_px: PictureSize = "size_px || coalesce('x' || height_px, '')",
         /// Samples per pixel.
         pub sampling: Sampling = "CASE WHEN NOT adaptive THEN samples END",
         /// Area of the picture; `None` for the whole.

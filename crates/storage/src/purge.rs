@@ -14,7 +14,7 @@ use crate::error::{Result, changed};
 use crate::row::Key;
 use crate::slice::Pace;
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{StorageError, Store, genome, lineage};
 
 /// Number of generations in the first transaction, and the most.
@@ -24,24 +24,26 @@ const GENERATIONS_MAX: u32 = 1024;
 /// Temporary tables of generations that are removed, and of genomes that may lose their last
 /// reference. They are dropped with the connection.
 const CREATE: [&str; 2] = [
-    "CREATE TEMP TABLE IF NOT EXISTS purged_generation (id BLOB NOT NULL PRIMARY KEY) STRICT",
-    "CREATE TEMP TABLE IF NOT EXISTS purge_candidate (hash BLOB NOT NULL PRIMARY KEY) STRICT",
+    "CREATE TEMP TABLE IF NOT EXISTS purged_generation
+         (id /*sqlite*/ BLOB /*end*/ /*pg: BYTEA*/ NOT NULL PRIMARY KEY) /*sqlite*/ STRICT /*end*/",
+    "CREATE TEMP TABLE IF NOT EXISTS purge_candidate
+         (hash /*sqlite*/ BLOB /*end*/ /*pg: BYTEA*/ NOT NULL PRIMARY KEY) /*sqlite*/ STRICT /*end*/",
 ];
-const CLEAR: [&str; 2] = ["DELETE FROM temp.purged_generation", "DELETE FROM temp.purge_candidate"];
-const CHOOSE_GENERATIONS: &str = "INSERT INTO temp.purged_generation
+const CLEAR: [&str; 2] = ["DELETE FROM purged_generation", "DELETE FROM purge_candidate"];
+const CHOOSE_GENERATIONS: &str = "INSERT INTO purged_generation
     SELECT id FROM generation WHERE lineage_id = ? ORDER BY position DESC LIMIT ?";
-const FILL_CANDIDATES: &str = "INSERT INTO temp.purge_candidate
+const FILL_CANDIDATES: &str = "INSERT INTO purge_candidate
     SELECT genome_hash FROM individual
-        WHERE generation_id IN (SELECT id FROM temp.purged_generation)
+        WHERE generation_id IN (SELECT id FROM purged_generation)
     UNION
     SELECT genome_hash FROM generation_parent
-        WHERE generation_id IN (SELECT id FROM temp.purged_generation)";
+        WHERE generation_id IN (SELECT id FROM purged_generation)";
 /// Individuals and parent rows are deleted by cascade.
 const REMOVE_GENERATIONS: &str =
-    "DELETE FROM generation WHERE id IN (SELECT id FROM temp.purged_generation)";
+    "DELETE FROM generation WHERE id IN (SELECT id FROM purged_generation)";
 /// Returns the genomes that remain.
-const KEEP_REFERENCED: &str = "DELETE FROM temp.purge_candidate WHERE
-    hash IN (SELECT hash FROM genome WHERE kept = 1)
+const KEEP_REFERENCED: &str = "DELETE FROM purge_candidate WHERE
+    hash IN (SELECT hash FROM genome WHERE kept)
     OR EXISTS (SELECT 1 FROM individual WHERE genome_hash = purge_candidate.hash)
     OR EXISTS (SELECT 1 FROM generation_parent WHERE genome_hash = purge_candidate.hash)
     RETURNING hash";
@@ -50,12 +52,11 @@ const REASSIGN_PICTURES: &str = "UPDATE picture SET genome_hash = coalesce(
         (SELECT twin.hash FROM genome AS twin
          WHERE twin.program_hash =
                  (SELECT program_hash FROM genome WHERE hash = picture.genome_hash)
-             AND twin.hash NOT IN (SELECT hash FROM temp.purge_candidate)
+             AND twin.hash NOT IN (SELECT hash FROM purge_candidate)
          LIMIT 1),
         genome_hash)
-    WHERE genome_hash IN (SELECT hash FROM temp.purge_candidate)";
-const REMOVE_GENOMES: &str =
-    "DELETE FROM genome WHERE hash IN (SELECT hash FROM temp.purge_candidate)";
+    WHERE genome_hash IN (SELECT hash FROM purge_candidate)";
+const REMOVE_GENOMES: &str = "DELETE FROM genome WHERE hash IN (SELECT hash FROM purge_candidate)";
 const REMOVE_LINEAGE: &str = "DELETE FROM lineage WHERE id = ?";
 
 /// Result of one transaction.

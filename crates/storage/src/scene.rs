@@ -7,7 +7,7 @@ use brood_protocol::SceneId;
 use crate::error::{Result, changed};
 use crate::row::Key;
 use crate::sql::query;
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{StorageError, Store};
 
 impl Store {
@@ -27,7 +27,7 @@ impl Store {
         let (json, materials) = (json.to_owned(), materials.to_vec());
         self.write(operation!(|conn| {
             for material in &materials {
-                let keep = query("UPDATE genome SET kept = 1 WHERE hash = ?");
+                let keep = query("UPDATE genome SET kept = TRUE WHERE hash = ?");
                 let done = keep.bind(material.key()).execute(conn).await?;
                 changed(done, StorageError::NotFound)?;
             }

@@ -16,7 +16,7 @@ use crate::error::{Result, changed};
 use crate::lineage;
 use crate::row::{Key, Record, optional_key, record, select};
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
 
 /// Search to be stored.

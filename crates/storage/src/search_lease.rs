@@ -13,7 +13,7 @@ use crate::error::{LEASE_ENDED, Result, changed};
 use crate::row::{Key, Record, insert_rows, optional_key, record, returning, signed, values};
 use crate::search::{self, NEXT_TURN, StoredSearch};
 use crate::sql::{Conn, query};
-use crate::writer::operation;
+use crate::write::operation;
 
 /// A search fails after this many consecutive worker deaths without progress. Every step resets the
 /// count: a long search must not fail because its machine runs out of memory once a day.
@@ -83,7 +83,8 @@ pub struct SearchEnd {
 /// Leases the queued search with the least turn.
 const CLAIM: &str = "UPDATE search SET state = 'running', epoch = epoch + 1, worker = ?1,
         started_ms = coalesce(started_ms, ?2)
-    WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1)";
+    WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1
+        /*pg: FOR UPDATE SKIP LOCKED*/)";
 /// Parameters: 1 if the worker died, else 0; limit of deaths; time; id; epoch.
 const RELEASE: &str = "UPDATE search SET
         deaths = deaths + ?1,

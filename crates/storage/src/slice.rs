@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::error::Result;
 use crate::sql::Conn;
-use crate::writer::WriteFuture;
+use crate::write::WriteFuture;
 use crate::{StorageError, Store};
 
 /// Time that the statements of a transaction take.

@@ -1,26 +1,30 @@
 //! Statements, connections and rows, the same for every engine. Independent of tables.
 //!
-//! A statement is one text with `?` or `?1` for its values. The tables' modules use nothing of sqlx
-//! but what is here.
+//! A statement is one text for all engines, with `?` or `?1` for its values; `dialect` says how the
+//! engines read it. The tables' modules use nothing of sqlx but what is here.
+
+mod dialect;
 
 use std::borrow::Cow;
 use std::ops::{Deref, DerefMut};
 
 use sqlx::pool::PoolConnection;
+use sqlx::postgres::{PgArguments, PgRow};
 use sqlx::query::Query as SqlxQuery;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{
-    AssertSqlSafe, ColumnIndex, Connection as _, Database, Decode, Row as _, Sqlite,
+    AssertSqlSafe, ColumnIndex, Connection as _, Database, Decode, Postgres, Row as _, Sqlite,
     SqliteConnection, Transaction, Type,
 };
 
 use crate::StorageError;
-use crate::error::Result;
+use crate::error::{Result, postgres_error};
 use crate::row::{Column, corrupt_column};
 
 /// Connection to the database.
 pub(crate) enum Conn {
     Sqlite(Held<Sqlite>),
+    Postgres(Held<Postgres>),
 }
 
 /// Connection of an engine, by its owner.
@@ -30,7 +34,7 @@ pub(crate) enum Held<DB: Database> {
     /// Taken from a pool, to which it returns.
     Pooled(PoolConnection<DB>),
     /// Taken from a pool, in a transaction that ends with it.
-    Snapshot(Transaction<'static, DB>),
+    Transaction(Transaction<'static, DB>),
 }
 
 impl<DB: Database> Deref for Held<DB> {
@@ -40,7 +44,7 @@ impl<DB: Database> Deref for Held<DB> {
         match self {
             Self::Own(conn) => conn,
             Self::Pooled(conn) => conn,
-            Self::Snapshot(conn) => conn,
+            Self::Transaction(conn) => conn,
         }
     }
 }
@@ -50,15 +54,21 @@ impl<DB: Database> DerefMut for Held<DB> {
         match self {
             Self::Own(conn) => conn,
             Self::Pooled(conn) => conn,
-            Self::Snapshot(conn) => conn,
+            Self::Transaction(conn) => conn,
         }
     }
 }
 
 /// Type of a value as engines store it.
-pub(crate) trait Stored: for<'r> Decode<'r, Sqlite> + Type<Sqlite> {}
+pub(crate) trait Stored:
+    for<'r> Decode<'r, Sqlite> + Type<Sqlite> + for<'r> Decode<'r, Postgres> + Type<Postgres>
+{
+}
 
-impl<T: for<'r> Decode<'r, Sqlite> + Type<Sqlite>> Stored for T {}
+impl<T> Stored for T where
+    T: for<'r> Decode<'r, Sqlite> + Type<Sqlite> + for<'r> Decode<'r, Postgres> + Type<Postgres>
+{
+}
 
 /// Value of a statement.
 #[derive(Debug, Clone)]
@@ -82,6 +92,11 @@ pub(crate) struct KeySet {
 }
 
 impl KeySet {
+    /// Returns the keys one by one.
+    fn list(&self) -> Vec<Vec<u8>> {
+        self.bytes.chunks_exact(self.width.max(1)).map(<[u8]>::to_vec).collect()
+    }
+
     /// Returns the keys as a JSON list of hexadecimal texts.
     fn json(&self) -> String {
         use std::fmt::Write as _;
@@ -165,6 +180,10 @@ impl Query {
     pub(crate) async fn execute(self, conn: &mut Conn) -> Result<u64> {
         match conn {
             Conn::Sqlite(conn) => Ok(self.sqlite().execute(&mut **conn).await?.rows_affected()),
+            Conn::Postgres(conn) => {
+                let done = self.postgres().execute(&mut **conn).await.map_err(postgres_error)?;
+                Ok(done.rows_affected())
+            }
         }
     }
 
@@ -173,6 +192,10 @@ impl Query {
         match conn {
             Conn::Sqlite(conn) => {
                 Ok(self.sqlite().fetch_optional(&mut **conn).await?.map(SqlRow::Sqlite))
+            }
+            Conn::Postgres(conn) => {
+                let row = self.postgres().fetch_optional(&mut **conn).await;
+                Ok(row.map_err(postgres_error)?.map(SqlRow::Postgres))
             }
         }
     }
@@ -188,6 +211,10 @@ impl Query {
             Conn::Sqlite(conn) => {
                 let rows = self.sqlite().fetch_all(&mut **conn).await?;
                 Ok(rows.into_iter().map(SqlRow::Sqlite).collect())
+            }
+            Conn::Postgres(conn) => {
+                let rows = self.postgres().fetch_all(&mut **conn).await.map_err(postgres_error)?;
+                Ok(rows.into_iter().map(SqlRow::Postgres).collect())
             }
         }
     }
@@ -211,23 +238,43 @@ impl Query {
             Value::Keys(keys) => query.bind(keys.json()),
         })
     }
+
+    fn postgres(self) -> SqlxQuery<'static, Postgres, PgArguments> {
+        let query = sqlx::query(AssertSqlSafe(dialect::postgres(&self.text)));
+        self.values.into_iter().fold(query, |query, value| match value {
+            Value::Flag(flag) => query.bind(flag),
+            Value::Integer(integer) => query.bind(integer),
+            Value::Real(real) => query.bind(real),
+            Value::Text(text) => query.bind(text),
+            Value::Bytes(bytes) => query.bind(bytes),
+            Value::Keys(keys) => query.bind(keys.list()),
+        })
+    }
 }
 
 /// Row of a result.
 pub(crate) enum SqlRow {
     Sqlite(SqliteRow),
+    Postgres(PgRow),
 }
 
 /// Name or number of a column.
-pub(crate) trait ColumnName: ColumnIndex<SqliteRow> + std::fmt::Display + Copy {}
+pub(crate) trait ColumnName:
+    ColumnIndex<SqliteRow> + ColumnIndex<PgRow> + std::fmt::Display + Copy
+{
+}
 
-impl<T: ColumnIndex<SqliteRow> + std::fmt::Display + Copy> ColumnName for T {}
+impl<T> ColumnName for T where
+    T: ColumnIndex<SqliteRow> + ColumnIndex<PgRow> + std::fmt::Display + Copy
+{
+}
 
 impl SqlRow {
     /// Returns a column. A value of the wrong form means that the database is damaged.
     pub(crate) fn column<T: Column>(&self, name: impl ColumnName) -> Result<T> {
         let value = match self {
             Self::Sqlite(row) => row.try_get(name)?,
+            Self::Postgres(row) => row.try_get(name)?,
         };
         T::from_sql(value).ok_or_else(|| corrupt_column(name))
     }
@@ -243,7 +290,24 @@ impl Conn {
     pub(crate) async fn close(self) -> Result<()> {
         match self {
             Self::Sqlite(Held::Own(conn)) => Ok(conn.close().await?),
-            Self::Sqlite(_) => Ok(()),
+            Self::Sqlite(_) | Self::Postgres(_) => Ok(()),
+        }
+    }
+
+    /// Ends the transaction of a connection: commits it, or rolls it back.
+    pub(crate) async fn end(self, commit: bool) -> Result<()> {
+        match self {
+            Self::Postgres(Held::Transaction(transaction)) if commit => {
+                transaction.commit().await.map_err(postgres_error)
+            }
+            Self::Postgres(Held::Transaction(transaction)) => {
+                transaction.rollback().await.map_err(postgres_error)
+            }
+            Self::Sqlite(Held::Transaction(transaction)) if commit => {
+                Ok(transaction.commit().await?)
+            }
+            Self::Sqlite(Held::Transaction(transaction)) => Ok(transaction.rollback().await?),
+            Self::Sqlite(_) | Self::Postgres(_) => Ok(()),
         }
     }
 }

@@ -1,46 +1,22 @@
-//! The store: opening, closing, row counts, and access to the read and write connections.
-//! The methods for each kind of record are in the other modules.
+//! The store: opening, closing, row counts, and access to the read and write connections of its
+//! engine. The methods for each kind of record are in the other modules.
 
-use std::fs::File;
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::path::Path;
+use std::sync::Arc;
 
-use sqlx::sqlite::SqlitePoolOptions;
-use sqlx::{ConnectOptions, Connection, SqlitePool};
-use tokio::task::JoinHandle;
-
+use crate::StorageError;
+use crate::engine::Engine;
+use crate::engine::postgres::Postgres;
+use crate::engine::sqlite::Sqlite;
 use crate::error::Result;
-use crate::lock::{DirectoryLock, keep_private};
 use crate::row::{Record, record, select};
-use crate::sql::{Conn, Held};
-use crate::writer::{CommitTimes, Durability, WriteFuture, Writer, operation};
-use crate::{StorageError, connection};
+use crate::sql::Conn;
+use crate::write::{CommitTimes, Durability, WriteFuture};
 
-const FILE: &str = "brood.db";
-/// Number of read connections. Each has its own thread; reads are short.
-const READERS: u32 = 4;
-const READER_WAIT: Duration = Duration::from_secs(5);
-
-/// Store of one data directory. Clones share it.
+/// Store of one data directory or of one PostgreSQL database. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Store {
-    inner: Arc<Inner>,
-}
-
-#[derive(Debug)]
-struct Inner {
-    writer: Writer,
-    /// Writer task; `None` after [`Store::close`].
-    task: Mutex<Option<JoinHandle<()>>>,
-    readers: SqlitePool,
-    sqlite_version: String,
-    file: PathBuf,
-    /// True until the check after an unclean shutdown has passed.
-    unchecked: AtomicBool,
-    /// Files that stay open until the connections are closed.
-    kept: Mutex<Vec<Arc<File>>>,
+    engine: Arc<Engine>,
 }
 
 record! {
@@ -80,13 +56,12 @@ impl Store {
     /// [`StorageError::Unsupported`] if it belongs to another version, [`StorageError::Corrupt`] if
     /// the check fails, [`StorageError::Directory`] if it is not accessible.
     pub async fn open(dir: &Path) -> Result<Self> {
-        let store = Self::open_unchecked(dir).await?;
-        if let Err(error) = store.check_after_crash().await {
-            // Without closing: the log stays, so that the next start checks again.
-            store.inner.readers.close().await;
+        let engine = Sqlite::open_unchecked(dir).await?;
+        if let Err(error) = engine.check_after_crash().await {
+            engine.close_readers().await;
             return Err(error);
         }
-        Ok(store)
+        Ok(Self::of(Engine::Sqlite(engine)))
     }
 
     /// As [`Store::open`], but leaves the check to [`Store::check_after_crash`], so that the store
@@ -95,43 +70,7 @@ impl Store {
     /// # Errors
     /// As [`Store::open`].
     pub async fn open_unchecked(dir: &Path) -> Result<Self> {
-        let Opened { conn, lock, file, sqlite_version, unclean } = Opened::take(dir).await?;
-        let store = Self::start(conn, &file, Some(lock), sqlite_version).await?;
-        store.inner.unchecked.store(unclean, Ordering::Release);
-        Ok(store)
-    }
-
-    /// True if the last process did not call [`Store::close`] and the check has not passed yet.
-    #[must_use]
-    pub fn is_unchecked(&self) -> bool {
-        self.inner.unchecked.load(Ordering::Acquire)
-    }
-
-    /// Checks the whole file if the last shutdown was not clean. If it is damaged, all writes fail
-    /// from then on, and the next start checks again.
-    ///
-    /// # Errors
-    /// Returns [`StorageError::Corrupt`] if the file is damaged.
-    pub async fn check_after_crash(&self) -> Result<()> {
-        if !self.is_unchecked() {
-            return Ok(());
-        }
-        let start = Instant::now();
-        // A separate connection: the check takes long, and the pool is for short reads.
-        let mut conn = connection::reading(&self.inner.file).connect().await?;
-        let checked = connection::check(&mut conn).await;
-        conn.close().await?;
-        if let Err(error) = checked {
-            let words = error.to_string();
-            let failed = self.write::<(), _>(operation!(|_conn| Err(StorageError::Corrupt(words))));
-            // The error of the check is the one to report.
-            let _ = failed.await;
-            return Err(error);
-        }
-        let elapsed_ms = start.elapsed().as_millis();
-        tracing::info!(elapsed_ms, "the last shutdown was not clean; the database check passed");
-        self.inner.unchecked.store(false, Ordering::Release);
-        Ok(())
+        Ok(Self::of(Engine::Sqlite(Sqlite::open_unchecked(dir).await?)))
     }
 
     /// Opens a data directory for a short command, also while a server is using it.
@@ -143,96 +82,111 @@ impl Store {
     /// As [`Store::open`], except [`StorageError::Locked`].
     pub async fn open_shared(dir: &Path) -> Result<Self> {
         match Self::open(dir).await {
-            Err(StorageError::Locked) => {}
-            other => return other,
+            Err(StorageError::Locked) => {
+                Ok(Self::of(Engine::Sqlite(Sqlite::open_locked(dir).await?)))
+            }
+            other => other,
         }
-        let file = dir.join(FILE);
-        let mut conn = connection::writing(&file, false).connect().await?;
-        connection::assert_writing(&mut conn).await?;
-        let sqlite_version = connection::sqlite_version(&mut conn).await?;
-        connection::assert_migrated(&mut conn).await?;
-        Self::start(Conn::own(conn), &file, None, sqlite_version).await
     }
 
-    async fn start(
-        conn: Conn,
-        file: &Path,
-        lock: Option<DirectoryLock>,
-        sqlite_version: String,
-    ) -> Result<Self> {
-        let readers = SqlitePoolOptions::new()
-            .max_connections(READERS)
-            .acquire_timeout(READER_WAIT)
-            .test_before_acquire(false)
-            .idle_timeout(None)
-            .max_lifetime(None)
-            .connect_with(connection::reading(file))
-            .await?;
-        connection::assert_reading(&mut *readers.acquire().await?).await?;
-        let (writer, task) = Writer::start(conn, lock);
-        let (task, file) = (Mutex::new(Some(task)), file.to_owned());
-        let (unchecked, kept) = (AtomicBool::new(false), Mutex::default());
-        let inner = Inner { writer, task, readers, sqlite_version, file, unchecked, kept };
-        Ok(Self { inner: Arc::new(inner) })
+    /// Connects to a PostgreSQL database by its address, `postgres://...`, and creates what is
+    /// missing in it. Any number of servers may use it.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Unreachable`] if there is no connection,
+    /// [`StorageError::Unsupported`] if the address, the server, one of its settings or the schema
+    /// is not supported.
+    pub async fn connect(address: &str) -> Result<Self> {
+        Ok(Self::of(Engine::Postgres(Postgres::connect(address).await?)))
     }
 
-    /// Returns the size of the write-ahead log in bytes.
+    fn of(engine: Engine) -> Self {
+        Self { engine: Arc::new(engine) }
+    }
+
+    /// True if the last process did not call [`Store::close`] and the check has not passed yet.
+    #[must_use]
+    pub fn is_unchecked(&self) -> bool {
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.is_unchecked(),
+            Engine::Postgres(_) => false,
+        }
+    }
+
+    /// Checks the whole file if the last shutdown was not clean. If it is damaged, all writes fail
+    /// from then on, and the next start checks again.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Corrupt`] if the file is damaged.
+    pub async fn check_after_crash(&self) -> Result<()> {
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.check_after_crash().await,
+            Engine::Postgres(_) => Ok(()),
+        }
+    }
+
+    /// Returns the size of the write-ahead log in the data directory, in bytes.
     #[must_use]
     pub fn log_bytes(&self) -> u64 {
-        self.inner.file.parent().map_or(0, log_bytes)
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.log_bytes(),
+            Engine::Postgres(_) => 0,
+        }
     }
 
     /// Returns the number of writes that were refused since the start: the disk was full or had
     /// failed, or too many writes were waiting.
     #[must_use]
     pub fn refused_writes(&self) -> u64 {
-        self.inner.writer.refused()
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.writer.refused(),
+            Engine::Postgres(engine) => engine.refused(),
+        }
     }
 
-    /// Returns the version of the embedded SQLite library.
+    /// Returns name and version of the engine.
     #[must_use]
-    pub fn sqlite_version(&self) -> &str {
-        &self.inner.sqlite_version
+    pub fn engine_version(&self) -> String {
+        match &*self.engine {
+            Engine::Sqlite(engine) => format!("SQLite {}", engine.version),
+            Engine::Postgres(engine) => format!("PostgreSQL {}", engine.version),
+        }
     }
 
     /// True if a write to the disk has failed, so that all writes fail until the process is
     /// restarted.
     #[must_use]
     pub fn is_poisoned(&self) -> bool {
-        self.inner.writer.is_poisoned()
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.writer.is_poisoned(),
+            Engine::Postgres(_) => false,
+        }
     }
 
-    /// Waits for pending writes, empties the log and closes the file. Other clones then return
+    /// Waits for pending writes and closes all connections. Other clones then return
     /// [`StorageError::Closed`].
     ///
     /// # Errors
     /// Returns [`StorageError::Poisoned`] if an earlier write to the disk failed, other variants if
-    /// the log cannot be written back.
+    /// SQLite's log cannot be written back.
     pub async fn close(self) -> Result<()> {
-        // Readers first: an active read would prevent the log from being emptied.
-        self.inner.readers.close().await;
-        let closed = self.inner.writer.close().await;
-        let task = self.inner.task.lock().expect("no code panics while holding this lock").take();
-        if let Some(task) = task
-            && let Err(error) = task.await
-        {
-            tracing::error!(%error, "the writer task panicked");
-            return Err(StorageError::Poisoned);
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.close().await,
+            Engine::Postgres(engine) => {
+                engine.close().await;
+                Ok(())
+            }
         }
-        closed
     }
 
-    /// Path of the database.
-    pub(crate) fn file(&self) -> &Path {
-        &self.inner.file
-    }
-
-    /// Opens a file for reading. It stays open until all connections are closed.
-    pub(crate) fn open_until_closed(&self, path: &Path) -> Result<Arc<File>> {
-        let file = Arc::new(File::open(path).map_err(StorageError::Directory)?);
-        let kept = &self.inner.kept;
-        kept.lock().expect("no code panics while holding this lock").push(file.clone());
-        Ok(file)
+    /// Returns the embedded engine. Error for another, which cannot do `what`.
+    pub(crate) fn embedded(&self, what: &str) -> Result<&Sqlite> {
+        match &*self.engine {
+            Engine::Sqlite(engine) => Ok(engine),
+            Engine::Postgres(_) => Err(StorageError::Unsupported(format!(
+                "{what} is for data directories; use the tools of PostgreSQL, such as pg_dump"
+            ))),
+        }
     }
 
     /// Counts the rows of each table, for monitoring.
@@ -240,18 +194,23 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn counts(&self) -> Result<StoreCounts> {
-        let query = select::<StoreCounts>("");
-        StoreCounts::read(&query.fetch_one(&mut self.reader().await?).await?)
+        StoreCounts::read(&select::<StoreCounts>("").fetch_one(&mut self.reader().await?).await?)
     }
 
     /// Returns a connection for one read.
     pub(crate) async fn reader(&self) -> Result<Conn> {
-        Ok(Conn::Sqlite(Held::Pooled(self.inner.readers.acquire().await?)))
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.reader().await,
+            Engine::Postgres(engine) => engine.reader().await,
+        }
     }
 
     /// Returns a connection for several reads of one consistent state.
     pub(crate) async fn snapshot(&self) -> Result<Conn> {
-        Ok(Conn::Sqlite(Held::Snapshot(self.inner.readers.begin().await?)))
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.snapshot().await,
+            Engine::Postgres(engine) => engine.snapshot().await,
+        }
     }
 
     /// Runs a write that is durable against power loss when this returns.
@@ -269,7 +228,7 @@ impl Store {
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
-        self.inner.writer.write(Durability::PowerLoss, operation).await
+        self.write_as(Durability::PowerLoss, operation).await
     }
 
     /// Runs a write that survives the end of the process but not a power loss.
@@ -278,62 +237,17 @@ impl Store {
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
-        Ok(self.inner.writer.write(Durability::ProcessDeath, operation).await?.0)
+        Ok(self.write_as(Durability::ProcessDeath, operation).await?.0)
     }
-}
 
-/// Database that only this process uses, with the current schema.
-pub(crate) struct Opened {
-    /// Connection that writes.
-    pub conn: Conn,
-    lock: DirectoryLock,
-    file: PathBuf,
-    sqlite_version: String,
-    /// True if the last shutdown was not clean.
-    unclean: bool,
-}
-
-impl Opened {
-    /// Locks a data directory, creates what is missing in it, and brings it up to date.
-    ///
-    /// # Errors
-    /// As [`Store::open`].
-    pub async fn take(dir: &Path) -> Result<Self> {
-        let lock = DirectoryLock::take(dir)?;
-        let file = dir.join(FILE);
-        let unclean = log_bytes(dir) > 0;
-        if std::fs::metadata(&file).is_ok_and(|known| known.len() == 0) {
-            return Err(StorageError::Corrupt(format!(
-                "{FILE} is empty; restore a backup, or delete the file to start anew"
-            )));
+    async fn write_as<T, F>(&self, durability: Durability, operation: F) -> Result<(T, CommitTimes)>
+    where
+        T: Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
+    {
+        match &*self.engine {
+            Engine::Sqlite(engine) => engine.writer.write(durability, operation).await,
+            Engine::Postgres(engine) => engine.write(durability, operation).await,
         }
-        let mut conn = connection::writing(&file, true).connect().await?;
-        for name in [FILE.to_owned(), format!("{FILE}-wal"), format!("{FILE}-shm")] {
-            match keep_private(&dir.join(name)) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(StorageError::Directory(error));
-                }
-                _ => {}
-            }
-        }
-        connection::assert_writing(&mut conn).await?;
-        let sqlite_version = connection::sqlite_version(&mut conn).await?;
-        connection::migrate(&mut conn).await?;
-        let lock = lock.watching(file.clone())?;
-        let conn = Conn::own(conn);
-        Ok(Self { conn, lock, file, sqlite_version, unclean })
     }
-
-    /// Returns the size of the database.
-    ///
-    /// # Errors
-    /// Returns [`StorageError::Directory`] if the file cannot be read.
-    pub fn bytes(&self) -> Result<u64> {
-        Ok(std::fs::metadata(&self.file).map_err(StorageError::Directory)?.len())
-    }
-}
-
-/// Returns the size of the write-ahead log. It is 0 after a clean shutdown.
-fn log_bytes(dir: &Path) -> u64 {
-    std::fs::metadata(dir.join(format!("{FILE}-wal"))).map_or(0, |meta| meta.len())
 }

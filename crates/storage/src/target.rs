@@ -6,7 +6,7 @@ use brood_protocol::{CorrectedScene, Target, TargetId};
 use crate::error::Result;
 use crate::row::{Key, optional_key};
 use crate::sql::query;
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};
 
 /// Target to be stored.

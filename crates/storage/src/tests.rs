@@ -19,6 +19,7 @@ use brood_protocol::{
     Backend, BreedOptions, Curation, DialectConstraints, GenerationId, IndividualId, JobId,
     Lineage, LineageId, ParentRef, PictureFormat, PictureKey, Sampling, SceneId, Seed,
 };
+use sqlx::Connection as _;
 use tempfile::TempDir;
 
 use crate::sql::query;
@@ -27,7 +28,44 @@ use crate::{
     StoredGeneration, StoredGenome,
 };
 
-async fn open() -> (TempDir, Store) {
+/// Place of a store: a data directory, or a schema of the PostgreSQL database that
+/// `BROOD_TEST_DATABASE` names.
+enum Place {
+    Directory(TempDir),
+    Schema(String),
+}
+
+impl Place {
+    async fn new() -> Self {
+        let Ok(address) = std::env::var("BROOD_TEST_DATABASE") else {
+            return Self::Directory(tempfile::tempdir().unwrap());
+        };
+        let schema = format!("test_{}", JobId::fresh().to_string().replace('-', "_"));
+        let mut conn = sqlx::PgConnection::connect(&address).await.unwrap();
+        let create = sqlx::AssertSqlSafe(format!("CREATE SCHEMA {schema}"));
+        sqlx::query(create).execute(&mut conn).await.unwrap();
+        conn.close().await.unwrap();
+        let sign = if address.contains('?') { '&' } else { '?' };
+        Self::Schema(format!("{address}{sign}options[search_path]={schema}"))
+    }
+
+    async fn open(&self) -> Store {
+        match self {
+            Self::Directory(dir) => Store::open(dir.path()).await.unwrap(),
+            Self::Schema(address) => Store::connect(address).await.unwrap(),
+        }
+    }
+}
+
+/// Opens an empty store of the engine that is tested.
+async fn open() -> (Place, Store) {
+    let place = Place::new().await;
+    let store = place.open().await;
+    (place, store)
+}
+
+/// Opens an empty data directory.
+async fn open_directory() -> (TempDir, Store) {
     let dir = tempfile::tempdir().unwrap();
     let store = Store::open(dir.path()).await.unwrap();
     (dir, store)

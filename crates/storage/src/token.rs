@@ -4,7 +4,7 @@
 use crate::error::{Result, changed, unique_conflict};
 use crate::row::{Record, columns, record, select};
 use crate::sql::query;
-use crate::writer::operation;
+use crate::write::operation;
 use crate::{StorageError, Store};
 
 brood_genome::named_enum! {
@@ -108,14 +108,14 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if there is no token with this name.
-    pub async fn revoke_token(&self, name: &str) -> Result<bool> {
+    pub async fn revoke_token(&self, name: &str, now_ms: i64) -> Result<bool> {
         let name = name.to_owned();
         self.write(operation!(|conn| {
             let delete = query("DELETE FROM token WHERE name = ?").bind(name);
             changed(delete.execute(conn).await?, StorageError::NotFound)?;
-            let close = "INSERT INTO closed (at_ms) SELECT CAST(1000 * unixepoch('subsec') AS INTEGER) \
-                         WHERE NOT EXISTS (SELECT 1 FROM token)";
-            Ok(query(close).execute(conn).await? > 0)
+            let close =
+                "INSERT INTO closed (at_ms) SELECT ? WHERE NOT EXISTS (SELECT 1 FROM token)";
+            Ok(query(close).bind(now_ms).execute(conn).await? > 0)
         }))
         .await
     }

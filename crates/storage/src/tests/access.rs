@@ -15,10 +15,10 @@ async fn token_is_found_by_hash_until_revoked() {
     let a = Token { name: "a".to_owned(), scope: Scope::Admin, expires_ms: None };
     assert_eq!(store.token_by_hash(hash("b")).await.unwrap(), Some(b.clone()));
     assert_eq!(store.list_tokens().await.unwrap(), [a, b]);
-    assert!(!store.revoke_token("b").await.unwrap());
+    assert!(!store.revoke_token("b", 1).await.unwrap());
     assert_eq!(store.token_by_hash(hash("b")).await.unwrap(), None);
     assert!(store.any_token().await.unwrap());
-    let gone = store.revoke_token("b").await;
+    let gone = store.revoke_token("b", 1).await;
     assert!(matches!(gone, Err(StorageError::NotFound)), "{gone:?}");
 }
 
@@ -30,7 +30,7 @@ async fn access_stays_closed_when_the_last_token_is_revoked() {
     assert!(store.needs_token().await.unwrap());
     let early = store.open_access().await;
     assert!(matches!(early, Err(StorageError::Conflict { .. })), "{early:?}");
-    assert!(store.revoke_token("a").await.unwrap());
+    assert!(store.revoke_token("a", 1).await.unwrap());
     assert!(store.needs_token().await.unwrap() && !store.any_token().await.unwrap());
     store.open_access().await.unwrap();
     assert!(!store.needs_token().await.unwrap());

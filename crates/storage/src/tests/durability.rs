@@ -8,10 +8,12 @@ use sqlx::{ConnectOptions, Connection};
 use tempfile::TempDir;
 
 use super::{
-    execute, generation, hash, key, lineage, new_generation, new_lineage, open, picture, scene,
+    execute, generation, hash, key, lineage, new_generation, new_lineage, open_directory, picture,
+    scene,
 };
+use crate::engine::sqlite::connection;
 use crate::sql::query;
-use crate::{Scope, StorageError, Store, connection};
+use crate::{Scope, StorageError, Store};
 
 /// Returns a copy of the files, as a killed process would leave them at this moment.
 fn image(dir: &Path) -> TempDir {
@@ -24,7 +26,7 @@ fn image(dir: &Path) -> TempDir {
 
 #[tokio::test]
 async fn acknowledged_writes_survive_when_process_is_killed() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     let mut made = Vec::new();
     for n in 0..5 {
@@ -41,7 +43,7 @@ async fn acknowledged_writes_survive_when_process_is_killed() {
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 4)]
 async fn concurrent_generations_are_all_stored() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     let mut births = tokio::task::JoinSet::new();
     for n in 0..100 {
@@ -59,7 +61,7 @@ async fn concurrent_generations_are_all_stored() {
 
 #[tokio::test]
 async fn writes_return_busy_when_channel_is_full_and_acknowledged_ones_survive() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     let mut flood = tokio::task::JoinSet::new();
     for n in 0..1000 {
         let store = store.clone();
@@ -77,7 +79,7 @@ async fn writes_return_busy_when_channel_is_full_and_acknowledged_ones_survive()
 
 #[tokio::test]
 async fn failed_operation_does_not_affect_its_group() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     let scene = scene(&store).await;
     let good = new_lineage("good", scene, 1);
     let (first, refused, last) = tokio::join!(
@@ -92,7 +94,7 @@ async fn failed_operation_does_not_affect_its_group() {
 
 #[tokio::test]
 async fn second_server_is_rejected_until_first_is_closed() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let second = Store::open(dir.path()).await;
     assert!(matches!(second, Err(StorageError::Locked)), "{second:?}");
     let clone = store.clone();
@@ -108,7 +110,7 @@ async fn second_server_is_rejected_until_first_is_closed() {
 
 #[tokio::test]
 async fn directory_is_unlocked_when_all_clones_are_dropped() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     store.create_token("t", Scope::Read, hash("t"), None).await.unwrap();
     drop(store);
     let mut tries = 0;
@@ -125,7 +127,7 @@ async fn directory_is_unlocked_when_all_clones_are_dropped() {
 
 #[tokio::test]
 async fn command_opens_store_while_server_runs() {
-    let (dir, server) = open().await;
+    let (dir, server) = open_directory().await;
     let command = Store::open_shared(dir.path()).await.unwrap();
     command.create_token("t", Scope::Read, hash("t"), None).await.unwrap();
     assert!(server.any_token().await.unwrap());
@@ -142,7 +144,7 @@ async fn command_opens_store_while_server_runs() {
 
 #[tokio::test]
 async fn backup_can_be_opened_as_store() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     let made = generation(&store, lineage, &[], "a").await;
     let copy = tempfile::tempdir().unwrap();
@@ -159,7 +161,7 @@ async fn backup_can_be_opened_as_store() {
 
 #[tokio::test]
 async fn writes_fail_while_disk_is_full_and_recover() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     let made = generation(&store, lineage, &[], "a").await;
     execute(&store, "PRAGMA max_page_count = 1").await;
@@ -182,7 +184,7 @@ fn noise(length: usize) -> Vec<u8> {
 
 #[tokio::test]
 async fn store_rejects_writes_when_disk_has_failed() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     let failed: Result<(), _> = store
         .write(|_| {
@@ -205,7 +207,7 @@ async fn store_rejects_writes_when_disk_has_failed() {
 async fn store_rejects_writes_when_its_files_are_removed_or_replaced() {
     for name in ["brood.db", "brood.lock"] {
         for is_replaced in [false, true] {
-            let (dir, store) = open().await;
+            let (dir, store) = open_directory().await;
             let lineage = lineage(&store).await;
             let file = dir.path().join(name);
             if is_replaced {
@@ -233,7 +235,7 @@ async fn empty_database_is_refused() {
 
 #[tokio::test]
 async fn store_rejects_writes_when_transaction_is_lost() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     let lost = store
         .write(|conn| {
             Box::pin(async move {
@@ -247,7 +249,7 @@ async fn store_rejects_writes_when_transaction_is_lost() {
 
 #[tokio::test]
 async fn store_rejects_writes_when_operation_panics() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     let bug: Result<(), _> = store.write(|_| Box::pin(async { panic!("a bug") })).await;
     assert!(matches!(bug, Err(StorageError::Poisoned)), "{bug:?}");
     let late = store.create_token("t", Scope::Read, hash("t"), None).await;
@@ -267,7 +269,7 @@ async fn relaxed(store: &Store) {
 
 #[tokio::test]
 async fn durable_writes_are_flushed_after_relaxed_commits() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     relaxed(&store).await;
     let level = |store: Store| async move {
         store
@@ -284,7 +286,7 @@ async fn durable_writes_are_flushed_after_relaxed_commits() {
 
 #[tokio::test]
 async fn log_size_is_bounded() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     for n in 0..300 {
         let mut new = new_generation(lineage, &[], &n.to_string());
@@ -297,7 +299,7 @@ async fn log_size_is_bounded() {
 
 #[tokio::test]
 async fn readers_cannot_write() {
-    let (_dir, store) = open().await;
+    let (_dir, store) = open_directory().await;
     let mut conn = store.reader().await.unwrap();
     let refused = query("DELETE FROM token").execute(&mut conn).await;
     assert!(refused.is_err(), "{refused:?}");
@@ -305,7 +307,7 @@ async fn readers_cannot_write() {
 
 #[tokio::test]
 async fn damage_is_reported_when_last_shutdown_was_unclean() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let killed = image(dir.path());
     drop(store);
     // Only other programs can write such a row: SQLite enforces foreign keys here.
@@ -336,7 +338,7 @@ async fn file_is_rejected_when_foreign_or_newer() {
     let opened = Store::open(dir.path()).await;
     assert!(matches!(opened, Err(StorageError::Corrupt(_))), "{opened:?}");
 
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     store.close().await.unwrap();
     let options = connection::writing(&dir.path().join("brood.db"), false);
     let mut conn = options.connect().await.unwrap();

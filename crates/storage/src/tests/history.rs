@@ -12,7 +12,7 @@ use super::{
     age, execute, generation, genome, hash, idempotency, key, lineage, new_generation, new_lineage,
     open, picture, scene,
 };
-use crate::{LineageCursor, LineageFilter, NewImport, StorageError, Store, StoredOutline};
+use crate::{LineageCursor, LineageFilter, NewImport, StorageError, StoredOutline};
 
 #[tokio::test]
 async fn lineage_is_read_back_as_written() {
@@ -407,13 +407,13 @@ async fn other_writes_pass_an_import_that_lists_leave_out_until_it_is_finished()
 
 #[tokio::test]
 async fn unfinished_lineage_of_the_last_process_is_found_and_removed() {
-    let (dir, store) = open().await;
+    let (place, store) = open().await;
     let kept = generation(&store, lineage(&store).await, &[], "kept").await;
     let made = store.import_lineage(new_import(scene(&store).await, 9)).await.unwrap();
     execute(&store, "INSERT INTO unfinished_lineage SELECT id FROM lineage WHERE name = 'brought'")
         .await;
     store.close().await.unwrap();
-    let store = Store::open(dir.path()).await.unwrap();
+    let store = place.open().await;
     assert_eq!(store.unfinished_lineages().await.unwrap(), [made.id]);
     store.remove_lineage(made.id).await.unwrap();
     let counts = store.counts().await.unwrap();

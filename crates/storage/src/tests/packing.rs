@@ -8,7 +8,7 @@ use brood_protocol::{LineageId, ParentRef};
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection};
 
-use super::{age, child, execute, lineage, new_generation, open};
+use super::{age, child, execute, lineage, new_generation, open, open_directory};
 use crate::sql::query;
 use crate::{NewGenome, NewIndividual, Store, StoredGenome};
 
@@ -40,7 +40,8 @@ async fn birth(store: &Store, lineage: LineageId, parents: &[&Genome], children:
 
 /// Number of bases and packed size of a genome; `None` if it is not packed.
 async fn packed(store: &Store, genome: &Genome) -> Option<(usize, usize)> {
-    let sql = "SELECT length(bases) / 32, length(bytes) FROM genome WHERE hash = ?";
+    let sql = "SELECT CAST(octet_length(bases) / 32 AS BIGINT), CAST(octet_length(bytes) AS BIGINT)
+               FROM genome WHERE hash = ?";
     let hash = genome.hash().as_bytes().to_vec();
     let mut conn = store.reader().await.unwrap();
     let row = query(sql).bind(hash).fetch_one(&mut conn).await.unwrap();
@@ -119,7 +120,7 @@ async fn purge_of_a_long_lineage_takes_many_transactions_and_leaves_nothing() {
 
 #[tokio::test]
 async fn compaction_packs_what_earlier_versions_stored() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     let (root, text) = (random(0), random(1));
     birth(&store, lineage, &[], &[root.clone(), text.clone()]).await;
@@ -158,7 +159,7 @@ async fn compaction_packs_what_earlier_versions_stored() {
 
 #[tokio::test]
 async fn check_finds_damaged_genomes_and_missing_rows() {
-    let (dir, store) = open().await;
+    let (dir, store) = open_directory().await;
     let lineage = lineage(&store).await;
     let root = random(0);
     birth(&store, lineage, &[], std::slice::from_ref(&root)).await;

@@ -93,13 +93,13 @@ async fn change(
     store.change_search(id, change, 30).await.unwrap().map(|search: StoredSearch| search.state)
 }
 
-async fn fixture() -> (TempDir, Store, TargetId, LineageId) {
-    let (dir, store) = open().await;
+async fn fixture() -> (Place, Store, TargetId, LineageId) {
+    let (place, store) = open().await;
     let new = target();
     let target = new.target.id;
     store.create_target(new).await.unwrap();
     let lineage = lineage(&store).await;
-    (dir, store, target, lineage)
+    (place, store, target, lineage)
 }
 
 #[tokio::test]

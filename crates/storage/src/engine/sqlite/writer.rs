@@ -7,18 +7,18 @@
 //! immediately. No timer is needed in either case. Statements between operations are sent to the
 //! connection's thread together, because each round trip waits for a processor.
 
-use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use tokio::sync::{mpsc, oneshot};
 
+use super::checkpoint::{close_connection, run_checkpoint};
+use super::lock::DirectoryLock;
 use crate::StorageError;
-use crate::checkpoint::{close_connection, run_checkpoint};
 use crate::error::{FailureScope, Result};
-use crate::lock::DirectoryLock;
 use crate::sql::{Conn, query};
+use crate::write::{CommitTimes, Durability, WriteFuture};
 
 /// Capacity of the channel. If it is full, [`StorageError::Busy`] is returned.
 const CHANNEL_OPERATIONS: usize = 256;
@@ -35,16 +35,6 @@ const CHECKPOINT_PAGES: i64 = 6144;
 /// any kind.
 const LOG_CHECK_OPERATIONS: usize = 64;
 
-/// Future that runs on the write connection.
-pub(crate) type WriteFuture<'c, T> = Pin<Box<dyn Future<Output = T> + Send + 'c>>;
-/// Operation of a [`WriteFuture`]; the body awaits on the connection `$conn`.
-macro_rules! operation {
-    (|$conn:ident| $body:expr) => {
-        move |$conn| Box::pin(async move { $body })
-    };
-}
-pub(crate) use operation;
-
 /// Answers a caller, with the operation's result or with the error of its group.
 type Reply = Box<dyn FnOnce(Result<GroupTimes>) + Send>;
 
@@ -54,26 +44,6 @@ struct GroupTimes {
     started: Instant,
     written: Instant,
     synced: Instant,
-}
-
-/// Durations of the stages of a write.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct CommitTimes {
-    /// Waiting for earlier writes.
-    pub queued: Duration,
-    /// Running the statements of the group.
-    pub written: Duration,
-    /// Committing: writing the log and flushing it to disk.
-    pub synced: Duration,
-}
-
-/// Failure that an answered write survives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Durability {
-    /// Power loss: for data that cannot be computed again.
-    PowerLoss,
-    /// End of the process: for work that is repeated if it is lost.
-    ProcessDeath,
 }
 
 /// Operation with the channel for its answer.

@@ -1,0 +1,229 @@
+//! The engine for several servers: one PostgreSQL database.
+//!
+//! Each write is a transaction of its own connection. A server that is cut off in a transaction
+//! does not hold others up for long: PostgreSQL ends it, see `LIMITS`.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use sqlx::migrate::MigrateError;
+use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
+use sqlx::{ConnectOptions, Connection, PgConnection, PgPool};
+use tokio::sync::Semaphore;
+
+use crate::StorageError;
+use crate::error::{Result, postgres_error};
+use crate::sql::{Conn, Held};
+use crate::write::{CommitTimes, Durability, WriteFuture};
+
+/// Oldest supported PostgreSQL, as `server_version_num` gives it.
+const MIN_VERSION: i32 = 150_000;
+const CONNECTIONS: u32 = 32;
+/// Time that a read or write waits for a connection.
+const WAIT: Duration = Duration::from_secs(5);
+/// Writes that may wait for a connection. Others fail with [`StorageError::Busy`].
+const WAITING_WRITES: usize = 256;
+/// A connection that was idle for this long is checked before it is used.
+const IDLE: Duration = Duration::from_secs(1);
+/// Limits of a session. A transaction of a server that was cut off ends with the first; it holds
+/// the locks of its lineage until then.
+const LIMITS: [(&str, &str); 6] = [
+    ("idle_in_transaction_session_timeout", "3s"),
+    ("lock_timeout", "5s"),
+    ("statement_timeout", "30s"),
+    ("tcp_user_timeout", "5s"),
+    ("tcp_keepalives_idle", "5"),
+    ("client_min_messages", "warning"),
+];
+/// Settings that durability depends on, with the statements that read them.
+const DURABLE: [(&str, &str); 3] = [
+    ("fsync", "SHOW fsync"),
+    ("full_page_writes", "SHOW full_page_writes"),
+    ("synchronous_commit", "SHOW synchronous_commit"),
+];
+const SNAPSHOT: &str = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY";
+
+static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/postgres");
+
+/// Database on a PostgreSQL server.
+#[derive(Debug)]
+pub(crate) struct Postgres {
+    pool: PgPool,
+    /// Version of the server.
+    pub version: String,
+    waiting: Arc<Semaphore>,
+    /// Number of writes refused since the start.
+    refused: AtomicU64,
+}
+
+impl Postgres {
+    /// Connects to a database, checks it and brings it up to date.
+    ///
+    /// # Errors
+    /// As [`Store::connect`](crate::Store::connect).
+    pub async fn connect(address: &str) -> Result<Self> {
+        let options = options(address)?;
+        let mut conn = options.connect().await.map_err(postgres_error)?;
+        let version = assert_version(&mut conn).await?;
+        assert_durable(&mut conn).await?;
+        migrate(&mut conn).await?;
+        conn.close().await.map_err(postgres_error)?;
+        let pool = PgPoolOptions::new()
+            .max_connections(CONNECTIONS)
+            .acquire_timeout(WAIT)
+            .test_before_acquire(false)
+            .before_acquire(|conn, meta| {
+                Box::pin(async move {
+                    // A connection that PostgreSQL has closed is replaced.
+                    Ok(meta.idle_for < IDLE || conn.ping().await.is_ok())
+                })
+            })
+            .connect_lazy_with(options);
+        let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
+        Ok(Self { pool, version, waiting, refused: AtomicU64::new(0) })
+    }
+
+    /// Number of writes refused since the start.
+    pub fn refused(&self) -> u64 {
+        self.refused.load(Ordering::Relaxed)
+    }
+
+    /// Closes all connections.
+    pub async fn close(&self) {
+        self.pool.close().await;
+    }
+
+    /// Returns a connection for one read.
+    pub async fn reader(&self) -> Result<Conn> {
+        Ok(Conn::Postgres(Held::Pooled(self.pool.acquire().await.map_err(postgres_error)?)))
+    }
+
+    /// Returns a connection for several reads of one consistent state.
+    pub async fn snapshot(&self) -> Result<Conn> {
+        let snapshot = self.pool.begin_with(SNAPSHOT).await.map_err(postgres_error)?;
+        Ok(Conn::Postgres(Held::Transaction(snapshot)))
+    }
+
+    /// Runs an operation in a transaction, and returns when it is committed. It is committed even
+    /// if the caller does not wait for it.
+    pub async fn write<T, F>(
+        &self,
+        durability: Durability,
+        operation: F,
+    ) -> Result<(T, CommitTimes)>
+    where
+        T: Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
+    {
+        let Ok(place) = self.waiting.clone().try_acquire_owned() else {
+            self.refused.fetch_add(1, Ordering::Relaxed);
+            return Err(StorageError::Busy);
+        };
+        let pool = self.pool.clone();
+        let write = tokio::spawn(async move {
+            let enqueued = Instant::now();
+            let transaction = pool.begin_with(begin(durability)).await.map_err(postgres_error)?;
+            drop(place);
+            let started = Instant::now();
+            let mut conn = Conn::Postgres(Held::Transaction(transaction));
+            let result = operation(&mut conn).await;
+            let written = Instant::now();
+            conn.end(result.is_ok()).await?;
+            let times = CommitTimes {
+                queued: started - enqueued,
+                written: written - started,
+                synced: written.elapsed(),
+            };
+            Ok((result?, times))
+        });
+        // The operation has panicked, or the runtime stops.
+        let written = write.await.unwrap_or(Err(StorageError::Closed));
+        if matches!(written, Err(StorageError::Busy | StorageError::Full)) {
+            self.refused.fetch_add(1, Ordering::Relaxed);
+        }
+        written
+    }
+}
+
+fn begin(durability: Durability) -> &'static str {
+    match durability {
+        Durability::PowerLoss => "BEGIN",
+        // The end of this process does not end PostgreSQL, which flushes such a commit soon.
+        Durability::ProcessDeath => "BEGIN; SET LOCAL synchronous_commit = off",
+    }
+}
+
+fn options(address: &str) -> Result<PgConnectOptions> {
+    let invalid = |detail: &str| {
+        StorageError::Unsupported(format!(
+            "the address of the database must be postgres://USER:PASSWORD@HOST/DATABASE: {detail}"
+        ))
+    };
+    if !address.starts_with("postgres://") && !address.starts_with("postgresql://") {
+        return Err(invalid("it begins otherwise"));
+    }
+    let options: PgConnectOptions = address.parse().map_err(|error| match error {
+        sqlx::Error::Configuration(error) => invalid(&error.to_string()),
+        error => invalid(&error.to_string()),
+    })?;
+    Ok(options.application_name("brood").options(LIMITS).disable_statement_logging())
+}
+
+/// Returns the version of the server. Error if it is too old.
+async fn assert_version(conn: &mut PgConnection) -> Result<String> {
+    let number = show(conn, "SHOW server_version_num").await?;
+    let version = show(conn, "SHOW server_version").await?;
+    if number.parse::<i32>().is_ok_and(|number| number >= MIN_VERSION) {
+        // Builds add their own words after a space.
+        return Ok(version.split(' ').next().unwrap_or_default().to_owned());
+    }
+    let oldest = MIN_VERSION / 10_000;
+    Err(StorageError::Unsupported(format!(
+        "PostgreSQL must be at least version {oldest}, got {version}"
+    )))
+}
+
+/// Error if a setting of the server risks commits, or if it cannot store every text.
+async fn assert_durable(conn: &mut PgConnection) -> Result<()> {
+    for (name, sql) in DURABLE {
+        if show(conn, sql).await? == "off" {
+            return Err(StorageError::Unsupported(format!(
+                "PostgreSQL's {name} must be on, got off: acknowledged writes could be lost"
+            )));
+        }
+    }
+    match show(conn, "SHOW server_encoding").await?.as_str() {
+        "UTF8" => Ok(()),
+        other => Err(StorageError::Unsupported(format!(
+            "the encoding of the database must be UTF8, got {other}"
+        ))),
+    }
+}
+
+async fn show(conn: &mut PgConnection, sql: &'static str) -> Result<String> {
+    sqlx::query_scalar(sql).fetch_one(conn).await.map_err(postgres_error)
+}
+
+/// Applies missing migrations, one server at a time. Error if another version of brood has written
+/// the database.
+async fn migrate(conn: &mut PgConnection) -> Result<()> {
+    match MIGRATIONS.run(conn).await {
+        Ok(()) => Ok(()),
+        Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => {
+            Err(StorageError::Unsupported(
+                "the database was written by another version of brood".to_owned(),
+            ))
+        }
+        Err(MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _)) => {
+            match error.as_database_error() {
+                Some(database) => Err(StorageError::Unsupported(format!(
+                    "the tables cannot be created: {}",
+                    database.message()
+                ))),
+                None => Err(postgres_error(error)),
+            }
+        }
+        Err(error) => Err(StorageError::Unsupported(error.to_string())),
+    }
+}
