@@ -40,8 +40,8 @@ pub enum StorageError {
     /// The queue has reached its limit. Nothing was written.
     #[error("the queue is full")]
     QueueFull,
-    /// Another process has locked the data directory.
-    #[error("another brood server is using this data directory")]
+    /// Another process has locked the data directory or the database.
+    #[error("another brood server is using this data directory or database")]
     Locked,
     /// The store is closed.
     #[error("the store is closed")]

@@ -12,11 +12,11 @@ use crate::error::changed;
 use crate::genome::{self, Bases, NewGenome};
 use crate::individual::{self, StoredIndividual};
 use crate::row::{Key, Record, insert_rows, key_set, optional_key, record, select, signed, values};
-use crate::sql::{Conn, Query, SqlRow, query};
+use crate::sql::{Conn, GenomeUse, Query, SqlRow, query};
 use crate::write::operation;
 use crate::{
-    CommitTimes, Idempotency, NewPicture, SearchStep, StorageError, Store, idempotency, picture,
-    search_lease,
+    CommitTimes, Idempotency, NewPicture, SearchStep, StorageError, Store, idempotency, lineage,
+    picture, search_lease,
 };
 
 /// Generation to be stored, with everything that is written in the same transaction.
@@ -216,7 +216,7 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<StoredGeneration>, StorageError> {
         let mut conn = self.snapshot().await?;
-        crate::lineage::fetch(&mut conn, lineage).await?;
+        lineage::fetch(&mut conn, lineage).await?;
         let query =
             select_generations("WHERE lineage_id = ? AND position > ? ORDER BY position LIMIT ?");
         let query = query.bind(lineage.key()).bind(after_index.map_or(-1, signed)).bind(limit);
@@ -243,6 +243,8 @@ pub(crate) async fn insert(
     if let Some(step) = &new.search {
         search_lease::apply(conn, step).await?;
     }
+    conn.lock_genomes(GenomeUse::Birth).await?;
+    lineage::lock(conn, new.lineage).await?;
     let index = insert_row(conn, &new).await?;
     insert_parents(conn, new.id, &new.parents).await?;
     let genomes: Vec<_> = new.individuals.iter().map(|child| child.genome.clone()).collect();

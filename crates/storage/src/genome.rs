@@ -7,7 +7,7 @@
 //! it against none.
 
 use std::borrow::Borrow;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use brood_genome::{Genome, GenomeHash, ModelKind};
 use brood_protocol::GenerationId;
@@ -15,7 +15,7 @@ use brood_protocol::GenerationId;
 use crate::error::Result;
 use crate::packing::{self, BASES_MAX, Packer};
 use crate::row::{Key, corrupt_column, insert_rows, key_set, values};
-use crate::sql::{Conn, SqlRow, query};
+use crate::sql::{Conn, GenomeUse, SqlRow, query};
 use crate::write::operation;
 use crate::{StorageError, Store};
 
@@ -51,6 +51,7 @@ impl Store {
     /// Returns a `StorageError` if the write fails.
     pub async fn put_genome(&self, genome: NewGenome) -> Result<()> {
         self.write(operation!(|conn| {
+            conn.lock_genomes(GenomeUse::Birth).await?;
             insert(conn, std::slice::from_ref(&genome), &Bases::default()).await?;
             query("UPDATE genome SET kept = TRUE WHERE hash = ? AND NOT kept")
                 .bind(genome.hash.key())
@@ -258,8 +259,11 @@ pub(crate) async fn insert<G: Borrow<NewGenome> + Sync>(
     let mut packer = bases.packer()?;
     let hashes = bases.hashes();
     let mut packed = Vec::with_capacity(genomes.len());
-    let mut seen = HashSet::new();
-    for genome in genomes.iter().map(Borrow::borrow).filter(|genome| seen.insert(genome.hash)) {
+    // Sorted, so that two transactions with the same genomes cannot wait for each other.
+    let mut sorted: Vec<&NewGenome> = genomes.iter().map(Borrow::borrow).collect();
+    sorted.sort_by_key(|genome| genome.hash);
+    sorted.dedup_by_key(|genome| genome.hash);
+    for genome in sorted {
         packed.push((genome, packer.pack(&genome.bytes).map_err(not_packed)?));
     }
     let head = "INSERT INTO genome (hash, program_hash, live_instructions, layers, kept, text,

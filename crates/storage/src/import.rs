@@ -16,7 +16,7 @@ use crate::genome::Bases;
 use crate::lineage;
 use crate::row::Key;
 use crate::slice::Pace;
-use crate::sql::{Conn, query};
+use crate::sql::{Conn, GenomeUse, query};
 use crate::write::operation;
 use crate::{
     Idempotency, NewGeneration, NewGenome, StorageError, Store, generation, genome, idempotency,
@@ -139,6 +139,7 @@ async fn insert_generations(
     slice: Range<usize>,
 ) -> Result<Duration> {
     let start = Instant::now();
+    conn.lock_genomes(GenomeUse::Birth).await?;
     for one in &new.generations[slice] {
         let own = one.parents.iter().filter_map(|parent| match parent {
             ParentRef::Genome(hash) => new.genomes.get(hash).cloned(),

@@ -270,6 +270,18 @@ async fn fetch_after<T: Record>(
     query.fetch_all(conn).await?.iter().map(T::read).collect()
 }
 
+/// Lets no other server add a generation to a lineage before the end of the transaction.
+///
+/// # Errors
+/// Returns [`StorageError::NotFound`] if it does not exist.
+pub(crate) async fn lock(conn: &mut Conn, id: LineageId) -> Result<()> {
+    if conn.has_other_writers() {
+        let lock = query("SELECT id FROM lineage WHERE id = ? FOR NO KEY UPDATE");
+        lock.bind(id.key()).fetch_one(conn).await?;
+    }
+    Ok(())
+}
+
 /// Hides a lineage from all lists until its import or removal is finished.
 ///
 /// # Errors

@@ -86,9 +86,12 @@ impl Store {
 
 /// Inserts keys. Existing keys are unchanged.
 pub(crate) async fn insert(conn: &mut Conn, pictures: &[NewPicture]) -> Result<()> {
+    // Sorted, so that two transactions with the same keys cannot wait for each other.
+    let mut sorted: Vec<_> = pictures.iter().collect();
+    sorted.sort_by_key(|picture| picture.key.0);
     let head = "INSERT INTO picture (key, genome_hash, scene_id, light_deg, size_px, height_px, samples, adaptive, area, format,
      backend, renderer_version) ";
-    insert_rows(conn, (head, " ON CONFLICT (key) DO NOTHING"), pictures, |picture| {
+    insert_rows(conn, (head, " ON CONFLICT (key) DO NOTHING"), &sorted, |picture| {
         let PictureSize { width, height } = picture.size_px;
         values![
             picture.key.key(),

@@ -13,7 +13,7 @@ use brood_protocol::LineageId;
 use crate::error::{Result, changed};
 use crate::row::Key;
 use crate::slice::Pace;
-use crate::sql::{Conn, query};
+use crate::sql::{Conn, GenomeUse, query};
 use crate::write::operation;
 use crate::{StorageError, Store, genome, lineage};
 
@@ -109,6 +109,7 @@ impl Store {
 /// Removes the youngest generations, at most `count`.
 async fn remove_slice(conn: &mut Conn, id: LineageId, count: u32) -> Result<Slice> {
     let start = Instant::now();
+    conn.lock_genomes(GenomeUse::Removal).await?;
     for sql in CREATE.into_iter().chain(CLEAR) {
         query(sql).execute(conn).await?;
     }

@@ -24,7 +24,9 @@ impl Store {
         materials: &[GenomeHash],
         created_ms: i64,
     ) -> Result<SceneId> {
-        let (json, materials) = (json.to_owned(), materials.to_vec());
+        let (json, mut materials) = (json.to_owned(), materials.to_vec());
+        // Sorted, so that two transactions with the same genomes cannot wait for each other.
+        materials.sort_unstable();
         self.write(operation!(|conn| {
             for material in &materials {
                 let keep = query("UPDATE genome SET kept = TRUE WHERE hash = ?");

@@ -27,6 +27,18 @@ pub(crate) enum Conn {
     Postgres(Held<Postgres>),
 }
 
+/// Number of the lock of [`Conn::lock_genomes`]: "genome" in ASCII.
+const GENOME_LOCK: i64 = 0x67_65_6e_6f_6d_65;
+
+/// Use of genomes by a transaction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GenomeUse {
+    /// Stores genomes, or refers to stored ones.
+    Birth,
+    /// Removes those without references.
+    Removal,
+}
+
 /// Connection of an engine, by its owner.
 pub(crate) enum Held<DB: Database> {
     /// Opened for this use alone.
@@ -292,6 +304,26 @@ impl Conn {
             Self::Sqlite(Held::Own(conn)) => Ok(conn.close().await?),
             Self::Sqlite(_) | Self::Postgres(_) => Ok(()),
         }
+    }
+
+    /// True if other connections may write at the same time.
+    pub(crate) fn has_other_writers(&self) -> bool {
+        matches!(self, Self::Postgres(_))
+    }
+
+    /// Keeps births and removals of genomes apart until the end of the transaction: any number of
+    /// births at a time, or one removal. A genome that a birth found stored is then still there
+    /// when an individual refers to it.
+    pub(crate) async fn lock_genomes(&mut self, use_of: GenomeUse) -> Result<()> {
+        if !self.has_other_writers() {
+            return Ok(());
+        }
+        let lock = match use_of {
+            GenomeUse::Birth => "SELECT pg_advisory_xact_lock_shared(?)",
+            GenomeUse::Removal => "SELECT pg_advisory_xact_lock(?)",
+        };
+        query(lock).bind(GENOME_LOCK).execute(self).await?;
+        Ok(())
     }
 
     /// Ends the transaction of a connection: commits it, or rolls it back.

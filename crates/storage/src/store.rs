@@ -9,8 +9,7 @@ use crate::engine::Engine;
 use crate::engine::postgres::Postgres;
 use crate::engine::sqlite::Sqlite;
 use crate::error::Result;
-use crate::row::{Record, record, select};
-use crate::sql::Conn;
+use crate::sql::{Conn, query};
 use crate::write::{CommitTimes, Durability, WriteFuture};
 
 /// Store of one data directory or of one PostgreSQL database. Clones share it.
@@ -19,31 +18,62 @@ pub struct Store {
     engine: Arc<Engine>,
 }
 
-record! {
-    /// Number of rows by table.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-    pub struct StoreCounts {
-        /// Lineages, including hidden ones.
-        pub lineages: u64 = "(SELECT count(*) FROM lineage)",
-        /// Generations.
-        pub generations: u64 = "(SELECT count(*) FROM generation)",
-        /// Individuals.
-        pub individuals: u64 = "(SELECT count(*) FROM individual)",
-        /// Genomes.
-        pub genomes: u64 = "(SELECT count(*) FROM genome)",
-        /// Scenes.
-        pub scenes: u64 = "(SELECT count(*) FROM scene)",
-        /// Uploaded meshes.
-        pub meshes: u64 = "(SELECT count(*) FROM mesh)",
-        /// Uploaded light assets.
-        pub light_assets: u64 = "(SELECT count(*) FROM light_asset)",
-        /// Picture keys.
-        pub pictures: u64 = "(SELECT count(*) FROM picture)",
-        /// Idempotency records.
-        pub idempotency: u64 = "(SELECT count(*) FROM idempotency)",
-        /// Tokens.
-        pub tokens: u64 = "(SELECT count(*) FROM token)",
+/// Declares [`StoreCounts`]: fields with their tables.
+macro_rules! counts {
+    ($($(#[$doc:meta])* $field:ident = $table:literal,)+) => {
+        /// Number of rows by table. PostgreSQL's are estimates from [`COUNTED_ROWS`] on.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        pub struct StoreCounts {
+            $($(#[$doc])* pub $field: u64,)+
+        }
+
+        impl StoreCounts {
+            async fn read(conn: &mut Conn) -> Result<Self> {
+                Ok(Self { $($field: rows(conn, $table).await?,)+ })
+            }
+        }
+    };
+}
+
+counts! {
+    /// Lineages, including hidden ones.
+    lineages = "lineage",
+    /// Generations.
+    generations = "generation",
+    /// Individuals.
+    individuals = "individual",
+    /// Genomes.
+    genomes = "genome",
+    /// Scenes.
+    scenes = "scene",
+    /// Uploaded meshes.
+    meshes = "mesh",
+    /// Uploaded light assets.
+    light_assets = "light_asset",
+    /// Picture keys.
+    pictures = "picture",
+    /// Idempotency records.
+    idempotency = "idempotency",
+    /// Tokens.
+    tokens = "token",
+}
+
+/// Tables with fewer rows are counted; PostgreSQL reads every row for it.
+const COUNTED_ROWS: u64 = 10_000;
+/// Estimate of the rows of a table, from the last analysis of it and the changes since the start of
+/// PostgreSQL.
+const ESTIMATE: &str = "SELECT CAST(greatest(reltuples, n_live_tup, 0) AS BIGINT)
+    FROM pg_class JOIN pg_stat_user_tables ON relid = oid WHERE oid = CAST(? AS regclass)";
+
+/// Number of rows of a table.
+async fn rows(conn: &mut Conn, table: &'static str) -> Result<u64> {
+    if let Conn::Postgres(_) = conn {
+        let estimate: u64 = query(ESTIMATE).bind(table).fetch_value(conn).await?;
+        if estimate >= COUNTED_ROWS {
+            return Ok(estimate);
+        }
     }
+    query(format!("SELECT count(*) FROM {table}")).fetch_value(conn).await
 }
 
 impl Store {
@@ -89,15 +119,23 @@ impl Store {
         }
     }
 
-    /// Connects to a PostgreSQL database by its address, `postgres://...`, and creates what is
-    /// missing in it. Any number of servers may use it.
+    /// Connects to a PostgreSQL database by its address, `postgres://...`, creates what is missing
+    /// in it, and locks it against other servers.
     ///
     /// # Errors
-    /// Returns [`StorageError::Unreachable`] if there is no connection,
-    /// [`StorageError::Unsupported`] if the address, the server, one of its settings or the schema
-    /// is not supported.
+    /// Returns [`StorageError::Locked`] if another server uses the database,
+    /// [`StorageError::Unreachable`] if there is no connection, [`StorageError::Unsupported`] if
+    /// the address, the server, one of its settings or the schema is not supported.
     pub async fn connect(address: &str) -> Result<Self> {
-        Ok(Self::of(Engine::Postgres(Postgres::connect(address).await?)))
+        Ok(Self::of(Engine::Postgres(Postgres::connect(address, true).await?)))
+    }
+
+    /// As [`Store::connect`], also while a server uses the database, for a short command.
+    ///
+    /// # Errors
+    /// As [`Store::connect`], except [`StorageError::Locked`].
+    pub async fn connect_shared(address: &str) -> Result<Self> {
+        Ok(Self::of(Engine::Postgres(Postgres::connect(address, false).await?)))
     }
 
     fn of(engine: Engine) -> Self {
@@ -194,7 +232,7 @@ impl Store {
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
     pub async fn counts(&self) -> Result<StoreCounts> {
-        StoreCounts::read(&select::<StoreCounts>("").fetch_one(&mut self.reader().await?).await?)
+        StoreCounts::read(&mut self.reader().await?).await
     }
 
     /// Returns a connection for one read.

@@ -9,6 +9,7 @@ mod history;
 mod packing;
 mod removal;
 mod search;
+mod several_writers;
 
 use std::sync::Arc;
 

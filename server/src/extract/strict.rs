@@ -1,5 +1,5 @@
-//! Strictness that serde lacks: duplicate keys, nesting depth, and the JSON pointer of a syntax
-//! error.
+//! Strictness that serde lacks: duplicate keys, nesting depth, U+0000 in text, and the JSON pointer
+//! of a syntax error.
 //!
 //! Walks the document once before it is parsed into a type. serde_json's own depth limit of 128 is
 //! fixed, and serde reports duplicate keys of structs only, not of maps.
@@ -13,7 +13,7 @@ use serde_path_to_error::{Path, Segment, Track};
 use crate::limit;
 use crate::problem::{ApiError, quote, serde_words};
 
-/// Checks a document for duplicate keys, nesting depth and syntax.
+/// Checks a document for duplicate keys, nesting depth, U+0000 in text, and syntax.
 ///
 /// # Errors
 /// 400 with a pointer to the error.
@@ -111,7 +111,11 @@ impl<'de> Visitor<'de> for Value {
         Ok(())
     }
 
-    fn visit_str<E>(self, _: &str) -> Result<(), E> {
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<(), E> {
+        if text.contains('\0') {
+            // PostgreSQL cannot store it.
+            return Err(E::custom("text must not contain the character U+0000"));
+        }
         Ok(())
     }
 
@@ -155,6 +159,7 @@ mod tests {
         assert_eq!(pointer(r#"{"a": {"b": 1, "b": 2}}"#).0, "/a/b");
         assert_eq!(pointer(r#"{"a": [0, 1e999]}"#).0, "/a/1");
         assert_eq!(pointer(r#"{"a": [0, NaN]}"#).0, "/a/1");
+        assert_eq!(pointer(r#"{"a": [0, "b\u0000"]}"#).0, "/a/1");
         assert_eq!(pointer(r#"{"a/b~": NaN}"#).0, "/a~1b~0");
         assert_eq!(pointer("{").0, "");
         assert_eq!(pointer("1 2").0, "");

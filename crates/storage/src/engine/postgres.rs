@@ -3,8 +3,8 @@
 //! Each write is a transaction of its own connection. A server that is cut off in a transaction
 //! does not hold others up for long: PostgreSQL ends it, see `LIMITS`.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use sqlx::migrate::MigrateError;
@@ -50,6 +50,10 @@ static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/po
 #[derive(Debug)]
 pub(crate) struct Postgres {
     pool: PgPool,
+    /// Connection that keeps the place of the one server; `None` for a command, and after
+    /// [`Postgres::close`]. It guards against a second server that is started by mistake, and
+    /// against nothing else: the place is free again if PostgreSQL restarts.
+    place: Mutex<Option<PgConnection>>,
     /// Version of the server.
     pub version: String,
     waiting: Arc<Semaphore>,
@@ -62,13 +66,21 @@ impl Postgres {
     ///
     /// # Errors
     /// As [`Store::connect`](crate::Store::connect).
-    pub async fn connect(address: &str) -> Result<Self> {
+    pub async fn connect(address: &str, alone: bool) -> Result<Self> {
         let options = options(address)?;
         let mut conn = options.connect().await.map_err(postgres_error)?;
         let version = assert_version(&mut conn).await?;
         assert_durable(&mut conn).await?;
+        if alone && !take_place(&mut conn).await? {
+            return Err(StorageError::Locked);
+        }
         migrate(&mut conn).await?;
-        conn.close().await.map_err(postgres_error)?;
+        let place = if alone {
+            Some(conn)
+        } else {
+            conn.close().await.map_err(postgres_error)?;
+            None
+        };
         let pool = PgPoolOptions::new()
             .max_connections(CONNECTIONS)
             .acquire_timeout(WAIT)
@@ -81,7 +93,8 @@ impl Postgres {
             })
             .connect_lazy_with(options);
         let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
-        Ok(Self { pool, version, waiting, refused: AtomicU64::new(0) })
+        let place = Mutex::new(place);
+        Ok(Self { pool, place, version, waiting, refused: AtomicU64::new(0) })
     }
 
     /// Number of writes refused since the start.
@@ -92,6 +105,12 @@ impl Postgres {
     /// Closes all connections.
     pub async fn close(&self) {
         self.pool.close().await;
+        let place = self.place.lock().expect("no code panics while holding this lock").take();
+        if let Some(conn) = place
+            && let Err(error) = conn.close().await
+        {
+            tracing::debug!(%error, "cannot close the connection that keeps the place");
+        }
     }
 
     /// Returns a connection for one read.
@@ -144,6 +163,12 @@ impl Postgres {
         }
         written
     }
+}
+
+/// Takes the place of the one server of a schema. Returns false if another has it.
+async fn take_place(conn: &mut PgConnection) -> Result<bool> {
+    let sql = "SELECT pg_try_advisory_lock(hashtext('brood'), hashtext(current_schema()))";
+    sqlx::query_scalar(sql).fetch_one(conn).await.map_err(postgres_error)
 }
 
 fn begin(durability: Durability) -> &'static str {
@@ -208,6 +233,9 @@ async fn show(conn: &mut PgConnection, sql: &'static str) -> Result<String> {
 /// Applies missing migrations, one server at a time. Error if another version of brood has written
 /// the database.
 async fn migrate(conn: &mut PgConnection) -> Result<()> {
+    // A change of large tables takes long, and another server that makes it is waited for.
+    let unlimited = sqlx::raw_sql("SET statement_timeout = 0; SET lock_timeout = 0");
+    unlimited.execute(&mut *conn).await.map_err(postgres_error)?;
     match MIGRATIONS.run(conn).await {
         Ok(()) => Ok(()),
         Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => {

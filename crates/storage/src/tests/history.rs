@@ -310,7 +310,8 @@ async fn layers_are_read_from_column_or_decoded_from_genome() {
 
     // Rows of earlier versions have no layers: bytes, or the text of the first version.
     age(&store, &[parsed.hash()]).await;
-    let text = "UPDATE genome SET layers = NULL, bytes = NULL, bases = NULL WHERE layers NOT NULL";
+    let text =
+        "UPDATE genome SET layers = NULL, bytes = NULL, bases = NULL WHERE layers IS NOT NULL";
     execute(&store, text).await;
     let found = store.individuals(&ids).await.unwrap();
     assert_eq!(layer_names(&found), ["", "lambert cook-torrance", ""]);

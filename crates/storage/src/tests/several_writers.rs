@@ -1,0 +1,169 @@
+//! Tests of several writers on one PostgreSQL database. They do nothing without
+//! `BROOD_TEST_DATABASE`.
+
+use std::time::{Duration, Instant};
+
+use super::*;
+use crate::sql::query;
+use crate::write::operation;
+
+/// Opens two stores of one new schema; `None` without PostgreSQL.
+async fn two_stores() -> Option<[Store; 2]> {
+    let place @ Place::Schema(address) = &Place::new().await else { return None };
+    Some([place.open().await, Store::connect_shared(address).await.unwrap()])
+}
+
+/// Generation of children with these genomes, in this order.
+fn brood(lineage: LineageId, names: impl IntoIterator<Item = String>) -> NewGeneration {
+    let mut new = new_generation(lineage, &[], "unused");
+    new.individuals = (0..).zip(names).map(|(slot, name)| child(slot, &name)).collect();
+    new
+}
+
+#[tokio::test]
+async fn second_server_is_refused_and_commands_are_not() {
+    let Place::Schema(address) = Place::new().await else { return };
+    let store = Store::connect(&address).await.unwrap();
+    let second = Store::connect(&address).await;
+    assert!(matches!(second, Err(StorageError::Locked)), "{second:?}");
+    Store::connect_shared(&address).await.unwrap().close().await.unwrap();
+    store.close().await.unwrap();
+    Store::connect(&address).await.unwrap();
+}
+
+#[tokio::test]
+async fn generations_of_one_lineage_have_positions_without_gaps() {
+    let Some(stores) = two_stores().await else { return };
+    let lineage = lineage(&stores[0]).await;
+    let births = (0..40).map(|n| {
+        let store = stores[n % 2].clone();
+        let new = brood(lineage, [format!("only {n}")]);
+        tokio::spawn(async move { store.create_generation(new).await.unwrap().index })
+    });
+    let mut indices = Vec::new();
+    for birth in births.collect::<Vec<_>>() {
+        indices.push(birth.await.unwrap());
+    }
+    indices.sort_unstable();
+    assert_eq!(indices, (0..40).collect::<Vec<u64>>());
+}
+
+#[tokio::test]
+async fn broods_with_the_same_genomes_in_other_orders_do_not_wait_for_each_other() {
+    let Some(stores) = two_stores().await else { return };
+    for round in 0..10 {
+        let names: Vec<_> = (0..60).map(|n| format!("shared {round} {n}")).collect();
+        let births = (0..8).map(|n| {
+            let (store, mut names) = (stores[n % 2].clone(), names.clone());
+            names.rotate_left(n * 7);
+            if n % 2 == 1 {
+                names.reverse();
+            }
+            tokio::spawn(async move {
+                let place = lineage(&store).await;
+                store.create_generation(brood(place, names)).await.unwrap();
+            })
+        });
+        for birth in births.collect::<Vec<_>>() {
+            birth.await.unwrap();
+        }
+    }
+}
+
+#[tokio::test]
+async fn genomes_that_a_birth_found_stored_are_not_removed_before_it_ends() {
+    let Some(stores) = two_stores().await else { return };
+    let names = || (0..20).map(|n| format!("common {n}"));
+    let kept = lineage(&stores[1]).await;
+    for _ in 0..20 {
+        let removed = lineage(&stores[0]).await;
+        stores[0].create_generation(brood(removed, names())).await.unwrap();
+        let (purged, born) = tokio::join!(
+            stores[0].purge_lineage(removed),
+            stores[1].create_generation(brood(kept, names())),
+        );
+        purged.unwrap();
+        born.unwrap();
+        let other = lineage(&stores[1]).await;
+        stores[1].purge_lineage(kept).await.unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(stores[0].counts().await.unwrap().genomes, 0);
+        let again = Lineage { id: kept, ..new_lineage("kept", scene(&stores[1]).await, 7) };
+        stores[1].create_lineage(again, None).await.unwrap();
+        stores[1].purge_lineage(other).await.unwrap();
+    }
+}
+
+#[tokio::test]
+async fn writer_that_is_cut_off_holds_a_lineage_for_seconds_only() {
+    let Some([cut_off, other]) = two_stores().await else { return };
+    let lineage = lineage(&other).await;
+    let (locked, is_locked) = tokio::sync::oneshot::channel();
+    let hanging = tokio::spawn(async move {
+        let hangs = cut_off.write(operation!(|conn| {
+            crate::lineage::lock(conn, lineage).await?;
+            locked.send(()).unwrap();
+            // Nothing more is sent, and the connection stays open.
+            std::future::pending::<()>().await;
+            Ok(())
+        }));
+        hangs.await
+    });
+    is_locked.await.unwrap();
+    let start = Instant::now();
+    other.create_generation(brood(lineage, ["a".to_owned()])).await.unwrap();
+    assert!(start.elapsed() < Duration::from_secs(5), "{:?}", start.elapsed());
+    hanging.abort();
+}
+
+#[tokio::test]
+async fn write_whose_connection_breaks_is_unreachable_and_the_next_one_works() {
+    let Some([store, _]) = two_stores().await else { return };
+    let broken: Result<(), _> = store
+        .write(operation!(|conn| {
+            query("SELECT pg_terminate_backend(pg_backend_pid())").execute(conn).await?;
+            Ok(())
+        }))
+        .await;
+    assert!(matches!(broken, Err(StorageError::Unreachable(_))), "{broken:?}");
+    lineage(&store).await;
+}
+
+#[tokio::test]
+async fn writes_are_refused_when_too_many_wait() {
+    let Some([store, _]) = two_stores().await else { return };
+    let writes = (0..400).map(|_| {
+        let store = store.clone();
+        tokio::spawn(async move {
+            let wait = store.write(operation!(|_conn| {
+                tokio::time::sleep(Duration::from_secs(1)).await;
+                Ok(())
+            }));
+            wait.await
+        })
+    });
+    let mut refused = 0;
+    for write in writes.collect::<Vec<_>>() {
+        match write.await.unwrap() {
+            Err(StorageError::Busy) => refused += 1,
+            other => assert!(other.is_ok(), "{other:?}"),
+        }
+    }
+    assert!((100..300).contains(&refused), "{refused}");
+    assert_eq!(store.refused_writes(), refused);
+}
+
+#[tokio::test]
+async fn rows_of_large_tables_are_estimated() {
+    let Some([store, _]) = two_stores().await else { return };
+    for sql in [
+        "INSERT INTO token (name, scope, hash) SELECT CAST(n AS TEXT), 'read', \
+         decode(lpad(to_hex(n), 64, '0'), 'hex') FROM generate_series(1, 20000) AS n",
+        "ANALYZE token",
+        // Rows that a count would see are not counted.
+        "UPDATE pg_class SET reltuples = 1000000 WHERE oid = CAST('token' AS regclass)",
+    ] {
+        execute(&store, sql).await;
+    }
+    let counts = store.counts().await.unwrap();
+    assert_eq!((counts.tokens, counts.lineages), (1_000_000, 0));
+}
