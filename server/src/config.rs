@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use brood_protocol::Backend;
+use brood_storage::DatabaseAddress;
 
 /// Start-up configuration of a server.
 #[derive(Debug, Clone)]
@@ -12,6 +13,9 @@ pub struct ServerConfig {
     pub listen: SocketAddr,
     /// Data directory, created if missing.
     pub data: PathBuf,
+    /// PostgreSQL database for everything but pictures and files of exports; `None` for one in the
+    /// data directory.
+    pub database: Option<DatabaseAddress>,
     /// Capacity of the picture cache on disk in MiB; the cache in memory gets a quarter of it.
     pub cache_mib: u64,
     /// Host names accepted besides `localhost`, `127.0.0.1` and `[::1]`.
@@ -29,6 +33,7 @@ impl ServerConfig {
         Self {
             listen,
             data,
+            database: None,
             cache_mib: 1024,
             allow_hosts: Vec::new(),
             backend: Backend::Auto,

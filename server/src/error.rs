@@ -29,6 +29,9 @@ pub enum ServerError {
     /// The data directory cannot be opened.
     #[error("cannot open the data directory: {0}")]
     Storage(#[from] StorageError),
+    /// The PostgreSQL database cannot be opened.
+    #[error("cannot open the database: {0}")]
+    Database(StorageError),
     /// The data directory cannot be closed.
     #[error("the server stopped: {0}")]
     Closing(StorageError),

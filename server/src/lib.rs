@@ -50,6 +50,7 @@ mod server;
 mod server_timing;
 mod state;
 
+pub use clock::now_ms;
 pub use config::ServerConfig;
 pub use error::ServerError;
 pub use picture::check_pictures;

@@ -180,7 +180,8 @@ impl<'a> Presenter<'a> {
                 error @ (StorageError::Full
                 | StorageError::Busy
                 | StorageError::Poisoned
-                | StorageError::Gone),
+                | StorageError::Gone
+                | StorageError::Unreachable(_)),
             ) => {
                 tracing::warn!(%error, "cannot store picture keys");
                 Ok(())

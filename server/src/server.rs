@@ -69,7 +69,11 @@ impl Server {
             .local_addr()
             .map_err(|source| ServerError::Bind { address: config.listen, source })?;
         let hosts = HostNames::new(address.ip(), &config.allow_hosts)?;
-        let store = Store::open_unchecked(&config.data).await?;
+        let store = match &config.database {
+            Some(address) => Store::connect(address).await.map_err(ServerError::Database)?,
+            None => Store::open_unchecked(&config.data).await?,
+        };
+        tracing::info!(engine = store.engine_version(), "opened the database");
         let loopback = address.ip().is_loopback();
         if !loopback && !store.any_token().await? {
             store.close().await?;

@@ -2,8 +2,10 @@
 //!
 //! Finds the binary but does not build it: the test runner must have built everything.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+
+use crate::database;
 
 /// Returns the built `brood`: `$BROOD_BIN`, else the binary next to the test's own executable.
 ///
@@ -52,8 +54,13 @@ pub struct Finished {
 /// If the binary cannot be started.
 #[must_use]
 pub fn brood<S: AsRef<std::ffi::OsStr>>(arguments: impl IntoIterator<Item = S>) -> Finished {
+    let arguments: Vec<_> =
+        arguments.into_iter().map(|argument| argument.as_ref().to_owned()).collect();
+    let data = arguments.iter().skip_while(|argument| *argument != "--data").nth(1);
+    let database = data.and_then(|data| database::of(Path::new(data)));
     let output = Command::new(binary())
         .args(arguments)
+        .envs(database.map(|address| ("BROOD_DATABASE", address)))
         .stdin(Stdio::null())
         .output()
         .expect("the built brood can be started");

@@ -6,6 +6,7 @@
 
 mod answer;
 mod binary;
+mod database;
 mod lineage;
 mod raw;
 mod server;

@@ -14,7 +14,7 @@ use reqwest::Method;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::{Answer, binary};
+use crate::{Answer, binary, database};
 
 /// Longest time to start, on a busy machine with two cores.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
@@ -269,6 +269,7 @@ fn spawn(options: &ServerOptions, data: &Path, log: &Arc<Mutex<String>>) -> (Chi
         .arg("--data")
         .arg(data)
         .args(&options.arguments)
+        .envs(database::of(data).map(|address| ("BROOD_DATABASE", address)))
         .envs(options.environment.iter().map(|(name, value)| (name, value)))
         .stdin(Stdio::null())
         .stdout(Stdio::piped())

@@ -14,6 +14,7 @@ mod faults;
 mod fuzz;
 mod golden;
 mod mutants;
+mod postgres;
 mod prerequisite;
 mod python;
 mod sbom;
@@ -66,6 +67,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               feed every parser, or these, with inputs that libFuzzer makes from seeds
   mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
                               change the code in small ways and list the changes that no test detects
+  postgres [FILTER ...]       run the tests of the store and of the API on a temporary PostgreSQL, or those of the API that
+                              filters of nextest choose
   wheel [--test]              build the Python package in the release profile into target/wheels;
                               --test: test the package of the last build of the workspace
   dist                        build the files of a release into target/dist: a tarball of the static binary with
@@ -99,6 +102,7 @@ fn main() -> ExitCode {
         ["contract", options @ ..] => contract::run(options),
         ["faults", options @ ..] => faults::run(options),
         ["fuzz", options @ ..] => fuzz::run(options),
+        ["postgres", filter @ ..] => postgres::run(filter),
         ["mutants", options @ ..] => mutants::run(options),
         ["dist"] => dist::run(),
         ["wheel"] => wheel::run(),

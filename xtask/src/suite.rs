@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::prerequisite::Prerequisites;
-use crate::{accept, callgrind, contract, deny, shell, tidy, wheel};
+use crate::{accept, callgrind, contract, deny, postgres, shell, tidy, wheel};
 
 /// Result of one step.
 struct Step {
@@ -46,6 +46,7 @@ pub fn run() -> Result<()> {
             closing = line;
             outcome
         });
+        step(&mut steps, "tests on PostgreSQL", || postgres::short(&target, &found));
         step(&mut steps, "doc tests", || {
             shell::run(prepared(shell::cargo(), &found, &target).args([
                 "test",
@@ -92,7 +93,7 @@ fn step(steps: &mut Vec<Step>, name: &'static str, work: impl FnOnce() -> Result
 }
 
 /// Adds the environment variables that tests read to a command.
-fn prepared(mut command: Command, found: &Prerequisites, target: &std::path::Path) -> Command {
+pub fn prepared(mut command: Command, found: &Prerequisites, target: &std::path::Path) -> Command {
     found.apply(&mut command);
     command.env("BROOD_BIN", target.join("debug/brood"));
     command

@@ -1,6 +1,7 @@
 //! `brood backup`: copies the database into one file, whether or not a server is running.
 
 use std::fs;
+
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
@@ -9,16 +10,15 @@ use brood_storage::Store;
 use clap::Args;
 use serde_json::json;
 
-use crate::place;
+use crate::place::{self, DataPlace};
 
 /// Options of `brood backup`.
 #[derive(Debug, Args)]
 pub struct BackupArgs {
     /// File to write; must not exist yet
     file: PathBuf,
-    /// Data directory of the server
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    data: Option<PathBuf>,
+    #[command(flatten)]
+    place: DataPlace,
 }
 
 /// Runs the command.
@@ -29,7 +29,7 @@ pub fn run(args: &BackupArgs, json: bool) -> Result<()> {
         "{} exists already; choose another file name",
         args.file.display()
     );
-    let data = place::database_dir(args.data.as_ref())?;
+    let data = args.place.database_dir()?;
     let part = output::name_beside(&args.file)?;
     let spinner = output::spinner("copying");
     let copied = place::runtime()?.block_on(async {

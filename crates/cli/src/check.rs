@@ -1,31 +1,31 @@
 //! `brood check`: reads the database, all genomes and the cached pictures, and lists what is
 //! damaged, whether or not a server is running.
 
-use std::path::PathBuf;
-
 use anyhow::{Context, Result, bail};
 use brood_bench::{logging, output};
-use brood_storage::{CheckedStore, Store};
+use brood_storage::CheckedStore;
 use clap::Args;
 use serde_json::json;
 
-use crate::place;
+use crate::place::{self, DataPlace};
 
 /// Options of `brood check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// Data directory of the server
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    data: Option<PathBuf>,
+    #[command(flatten)]
+    place: DataPlace,
 }
 
 /// Runs the command. Damage of the database is an error; damaged pictures are rendered again.
 pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let data = place::database_dir(args.data.as_ref())?;
+    let data = match args.place.database {
+        Some(_) => place::data_dir(args.place.data.as_ref())?,
+        None => args.place.database_dir()?,
+    };
     let spinner = output::spinner("checking pages and references");
     let checked = place::runtime()?.block_on(async {
-        let store = Store::open_shared(&data).await.context("open the data directory")?;
+        let store = args.place.open_shared().await?;
         let checked = store.check(|genomes| spinner.set_message(format!("genomes: {genomes}")));
         let checked = checked.await.context("read the database");
         store.close().await?;

@@ -1,28 +1,25 @@
 //! `brood compact`: packs genomes of earlier versions and gives free pages back, while no server is
 //! running.
 
-use std::path::PathBuf;
-
 use anyhow::{Context, Result};
 use brood_bench::{logging, output};
 use brood_storage::{Compacted, Store};
 use clap::Args;
 use serde_json::json;
 
-use crate::place;
+use crate::place::{self, DataPlace};
 
 /// Options of `brood compact`.
 #[derive(Debug, Args)]
 pub struct CompactArgs {
-    /// Data directory, which no server uses at the time
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    data: Option<PathBuf>,
+    #[command(flatten)]
+    place: DataPlace,
 }
 
 /// Runs the command.
 pub fn run(args: &CompactArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let data = place::database_dir(args.data.as_ref())?;
+    let data = args.place.database_dir()?;
     let spinner = output::spinner("packing genomes");
     let compacted = place::runtime()?.block_on(Store::compact(&data, |genomes| {
         spinner.set_message(format!("packing genomes: {genomes}"));

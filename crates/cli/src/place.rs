@@ -1,9 +1,50 @@
-//! Location of the data directory, and the async runtime of a command.
+//! Location of a server's data, and the async runtime of a command.
 
 use std::env;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
+use brood_storage::{DatabaseAddress, Store};
+use clap::Args;
+
+/// Place of a server's data.
+#[derive(Debug, Clone, Args)]
+pub struct DataPlace {
+    /// Data directory; by default $XDG_DATA_HOME/brood or ~/.local/share/brood
+    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
+    pub data: Option<PathBuf>,
+    /// PostgreSQL database, postgres://USER@HOST/NAME, instead of the one in the data directory. A
+    /// password belongs in the variable or in ~/.pgpass: other users can see arguments
+    #[arg(long, value_name = "ADDRESS", env = "BROOD_DATABASE", hide_env_values = true)]
+    pub database: Option<DatabaseAddress>,
+}
+
+impl DataPlace {
+    /// Opens the store, also while a server uses it.
+    pub async fn open_shared(&self) -> Result<Store> {
+        match &self.database {
+            Some(address) => Store::connect_shared(address).await.context("open the database"),
+            None => {
+                let dir = data_dir(self.data.as_ref())?;
+                Store::open_shared(&dir).await.context("open the data directory")
+            }
+        }
+    }
+
+    /// Data directory, which must have a database. Error if the database is another.
+    pub fn database_dir(&self) -> Result<PathBuf> {
+        if let Some(address) = &self.database {
+            bail!("{address} is copied and compacted by the tools of PostgreSQL, such as pg_dump");
+        }
+        let data = data_dir(self.data.as_ref())?;
+        ensure!(
+            data.join("brood.db").exists(),
+            "{} holds no brood.db; name the data directory with --data",
+            data.display()
+        );
+        Ok(data)
+    }
+}
 
 /// Data directory: `given`, else `$XDG_DATA_HOME/brood`, else `~/.local/share/brood`.
 pub fn data_dir(given: Option<&PathBuf>) -> Result<PathBuf> {
@@ -11,17 +52,6 @@ pub fn data_dir(given: Option<&PathBuf>) -> Result<PathBuf> {
         return Ok(dir.clone());
     }
     choose(env::var_os("XDG_DATA_HOME").map(PathBuf::from), env::home_dir())
-}
-
-/// Data directory as in [`data_dir`]; error if it has no database.
-pub fn database_dir(given: Option<&PathBuf>) -> Result<PathBuf> {
-    let data = data_dir(given)?;
-    ensure!(
-        data.join("brood.db").exists(),
-        "{} holds no brood.db; name the data directory with --data",
-        data.display()
-    );
-    Ok(data)
 }
 
 fn choose(xdg: Option<PathBuf>, home: Option<PathBuf>) -> Result<PathBuf> {

@@ -12,7 +12,7 @@ use clap::Args;
 use serde_json::json;
 use tokio_util::sync::CancellationToken;
 
-use crate::place;
+use crate::place::{self, DataPlace};
 use crate::supervisor::{self, WorkerPlan};
 
 /// Options of `brood serve`.
@@ -21,9 +21,8 @@ pub struct ServeArgs {
     /// Address and port to listen on; port 0 selects a free one
     #[arg(long, value_name = "ADDRESS", env = "BROOD_LISTEN", default_value = "127.0.0.1:7320")]
     pub listen: SocketAddr,
-    /// Data directory; by default $XDG_DATA_HOME/brood or ~/.local/share/brood
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    pub data: Option<PathBuf>,
+    #[command(flatten)]
+    pub place: DataPlace,
     /// Number of worker processes that render; one more runs searches and exports. 0 starts none,
     /// for a server with remote workers only
     #[arg(long, value_name = "N", env = "BROOD_WORKERS", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
@@ -81,7 +80,8 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         allow_hosts: args.allow_hosts.clone(),
         backend: args.backend,
         web_dir: args.web_dir.clone(),
-        ..ServerConfig::new(args.listen, place::data_dir(args.data.as_ref())?)
+        database: args.place.database.clone(),
+        ..ServerConfig::new(args.listen, place::data_dir(args.place.data.as_ref())?)
     };
     // Before the printed line: its reader may send a signal at once.
     let shutdown = shutdown_on_signal()?;

@@ -1,15 +1,14 @@
 //! `brood token`: creates, lists and revokes tokens, and opens access without one, whether or not a
 //! server is running.
 
-use std::path::PathBuf;
-
-use anyhow::{Context, Result};
+use anyhow::Result;
 use brood_bench::{logging, output};
-use brood_storage::{Scope, StorageError, Store};
+use brood_server::now_ms;
+use brood_storage::{Scope, StorageError};
 use clap::{Args, Subcommand, ValueEnum};
 use serde_json::json;
 
-use crate::place;
+use crate::place::{self, DataPlace};
 
 /// Subcommands of `brood token`.
 #[derive(Debug, Subcommand)]
@@ -32,17 +31,15 @@ pub struct AddArgs {
     /// Rights of the token
     #[arg(long)]
     scope: ScopeWord,
-    /// Data directory of the server
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    data: Option<PathBuf>,
+    #[command(flatten)]
+    place: DataPlace,
 }
 
 /// Options of `brood token list`.
 #[derive(Debug, Args)]
 pub struct ListArgs {
-    /// Data directory of the server
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    data: Option<PathBuf>,
+    #[command(flatten)]
+    place: DataPlace,
 }
 
 /// Options of `brood token revoke`.
@@ -50,17 +47,15 @@ pub struct ListArgs {
 pub struct RevokeArgs {
     /// Name of the token
     name: String,
-    /// Data directory of the server
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    data: Option<PathBuf>,
+    #[command(flatten)]
+    place: DataPlace,
 }
 
 /// Options of `brood token open`.
 #[derive(Debug, Args)]
 pub struct OpenArgs {
-    /// Data directory of the server
-    #[arg(long, value_name = "DIR", env = "BROOD_DATA")]
-    data: Option<PathBuf>,
+    #[command(flatten)]
+    place: DataPlace,
 }
 
 /// Command-line words of [`Scope`].
@@ -108,7 +103,7 @@ async fn add(args: &AddArgs, json: bool) -> Result<()> {
     let token = brood_protocol::random_token().context("draw a token")?;
     // The database holds only the hash.
     let hash = *blake3::hash(token.as_bytes()).as_bytes();
-    let store = open(args.data.as_ref()).await?;
+    let store = args.place.open_shared().await?;
     let created = store.create_token(&args.name, args.scope.into(), hash, None).await;
     store.close().await?;
     created.map_err(|error| match error {
@@ -122,7 +117,7 @@ async fn add(args: &AddArgs, json: bool) -> Result<()> {
 }
 
 async fn list(args: &ListArgs, json: bool) -> Result<()> {
-    let store = open(args.data.as_ref()).await?;
+    let store = args.place.open_shared().await?;
     let tokens = store.list_tokens().await;
     store.close().await?;
     let tokens = tokens?;
@@ -136,7 +131,7 @@ async fn list(args: &ListArgs, json: bool) -> Result<()> {
 }
 
 async fn revoke(args: &RevokeArgs, json: bool) -> Result<()> {
-    let store = open(args.data.as_ref()).await?;
+    let store = args.place.open_shared().await?;
     let revoked = store.revoke_token(&args.name, now_ms()).await;
     store.close().await?;
     let was_last = revoked.map_err(|error| match error {
@@ -159,7 +154,7 @@ async fn revoke(args: &RevokeArgs, json: bool) -> Result<()> {
 }
 
 async fn open_access(args: &OpenArgs, json: bool) -> Result<()> {
-    let store = open(args.data.as_ref()).await?;
+    let store = args.place.open_shared().await?;
     let opened = store.open_access().await;
     store.close().await?;
     opened.map_err(|error| match error {
@@ -172,8 +167,4 @@ async fn open_access(args: &OpenArgs, json: bool) -> Result<()> {
         return output::print_json(&json!({ "open": true }));
     }
     output::print("requests from the server's machine need no token\n")
-}
-
-async fn open(data: Option<&PathBuf>) -> Result<Store> {
-    Store::open_shared(&place::data_dir(data)?).await.context("open the data directory")
 }

@@ -26,8 +26,8 @@ pub struct SystemAnswer {
     pub backend: Option<BackendReport>,
     /// Names of the workers that were active in the last minute.
     pub workers: Vec<String>,
-    /// Version of the embedded SQLite library.
-    pub sqlite_version: String,
+    /// Engine of the database with its version, such as `SQLite 3.51.3` or `PostgreSQL 15.18`.
+    pub database: String,
     /// Limits of the server by name. The last word of a name is its unit.
     pub limits: std::collections::BTreeMap<String, u64>,
 }

@@ -22,6 +22,7 @@
 //! # }).unwrap();
 //! ```
 
+mod address;
 mod backup;
 mod check;
 mod compact;
@@ -55,6 +56,7 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+pub use address::{DatabaseAddress, InvalidDatabaseAddress};
 pub use check::CheckedStore;
 pub use compact::Compacted;
 pub use error::StorageError;

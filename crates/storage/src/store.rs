@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::StorageError;
+use crate::address::DatabaseAddress;
 use crate::engine::Engine;
 use crate::engine::postgres::Postgres;
 use crate::engine::sqlite::Sqlite;
@@ -119,14 +120,14 @@ impl Store {
         }
     }
 
-    /// Connects to a PostgreSQL database by its address, `postgres://...`, creates what is missing
-    /// in it, and locks it against other servers.
+    /// Connects to a PostgreSQL database, creates what is missing in it, and locks it against other
+    /// servers.
     ///
     /// # Errors
     /// Returns [`StorageError::Locked`] if another server uses the database,
     /// [`StorageError::Unreachable`] if there is no connection, [`StorageError::Unsupported`] if
     /// the address, the server, one of its settings or the schema is not supported.
-    pub async fn connect(address: &str) -> Result<Self> {
+    pub async fn connect(address: &DatabaseAddress) -> Result<Self> {
         Ok(Self::of(Engine::Postgres(Postgres::connect(address, true).await?)))
     }
 
@@ -134,7 +135,7 @@ impl Store {
     ///
     /// # Errors
     /// As [`Store::connect`], except [`StorageError::Locked`].
-    pub async fn connect_shared(address: &str) -> Result<Self> {
+    pub async fn connect_shared(address: &DatabaseAddress) -> Result<Self> {
         Ok(Self::of(Engine::Postgres(Postgres::connect(address, false).await?)))
     }
 

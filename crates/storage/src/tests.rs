@@ -25,15 +25,15 @@ use tempfile::TempDir;
 
 use crate::sql::query;
 use crate::{
-    Idempotency, NewGeneration, NewGenome, NewIndividual, NewPicture, StorageError, Store,
-    StoredGeneration, StoredGenome,
+    DatabaseAddress, Idempotency, NewGeneration, NewGenome, NewIndividual, NewPicture,
+    StorageError, Store, StoredGeneration, StoredGenome,
 };
 
 /// Place of a store: a data directory, or a schema of the PostgreSQL database that
 /// `BROOD_TEST_DATABASE` names.
 enum Place {
     Directory(TempDir),
-    Schema(String),
+    Schema(DatabaseAddress),
 }
 
 impl Place {
@@ -47,7 +47,8 @@ impl Place {
         sqlx::query(create).execute(&mut conn).await.unwrap();
         conn.close().await.unwrap();
         let sign = if address.contains('?') { '&' } else { '?' };
-        Self::Schema(format!("{address}{sign}options[search_path]={schema}"))
+        let address = format!("{address}{sign}options[search_path]={schema}");
+        Self::Schema(address.parse().unwrap())
     }
 
     async fn open(&self) -> Store {

@@ -39,7 +39,7 @@ class System(Record):
     Attributes:
         version: Version of the server.
         renderer_version: Version of the renderer; pictures of other versions may differ.
-        sqlite_version: Version of the embedded database.
+        database: Engine of the database with its version, such as "SQLite 3.51.3".
         workers: Names of the workers that were active in the last minute.
         limits: Limits by name; the last word of a name is its unit.
         backend: Evaluator of the worker that reported last: `name`, `adapter`, `exact`, `reason`.
@@ -47,7 +47,7 @@ class System(Record):
 
     version: str
     renderer_version: int
-    sqlite_version: str
+    database: str
     workers: tuple[str, ...]
     limits: Mapping[str, int] = field(hash=False, repr=False)
     backend: Mapping[str, Any] | None = field(default=None, hash=False)

@@ -17,7 +17,7 @@ pub async fn get(State(app): State<App>) -> Json<SystemAnswer> {
         renderer_version: RENDERER_VERSION,
         backend,
         workers,
-        sqlite_version: app.store.sqlite_version().to_owned(),
+        database: app.store.engine_version(),
         limits: limit::report(),
     })
 }

@@ -22,6 +22,9 @@ impl From<StorageError> for ApiError {
             StorageError::Busy | StorageError::QueueFull => {
                 Self::busy("too many requests are waiting").with_inner(error.to_string())
             }
+            StorageError::Unreachable(_) => {
+                Self::busy("the database cannot be reached").with_inner(error.to_string())
+            }
             other => Self::internal(other.to_string()),
         }
     }

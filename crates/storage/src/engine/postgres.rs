@@ -13,6 +13,7 @@ use sqlx::{ConnectOptions, Connection, PgConnection, PgPool};
 use tokio::sync::Semaphore;
 
 use crate::StorageError;
+use crate::address::DatabaseAddress;
 use crate::error::{Result, postgres_error};
 use crate::sql::{Conn, Held};
 use crate::write::{CommitTimes, Durability, WriteFuture};
@@ -66,7 +67,7 @@ impl Postgres {
     ///
     /// # Errors
     /// As [`Store::connect`](crate::Store::connect).
-    pub async fn connect(address: &str, alone: bool) -> Result<Self> {
+    pub async fn connect(address: &DatabaseAddress, alone: bool) -> Result<Self> {
         let options = options(address)?;
         let mut conn = options.connect().await.map_err(postgres_error)?;
         let version = assert_version(&mut conn).await?;
@@ -179,18 +180,13 @@ fn begin(durability: Durability) -> &'static str {
     }
 }
 
-fn options(address: &str) -> Result<PgConnectOptions> {
-    let invalid = |detail: &str| {
-        StorageError::Unsupported(format!(
-            "the address of the database must be postgres://USER:PASSWORD@HOST/DATABASE: {detail}"
-        ))
-    };
-    if !address.starts_with("postgres://") && !address.starts_with("postgresql://") {
-        return Err(invalid("it begins otherwise"));
-    }
-    let options: PgConnectOptions = address.parse().map_err(|error| match error {
-        sqlx::Error::Configuration(error) => invalid(&error.to_string()),
-        error => invalid(&error.to_string()),
+fn options(address: &DatabaseAddress) -> Result<PgConnectOptions> {
+    let options: PgConnectOptions = address.as_str().parse().map_err(|error: sqlx::Error| {
+        let words = match &error {
+            sqlx::Error::Configuration(detail) => detail.to_string(),
+            error => error.to_string(),
+        };
+        StorageError::Unsupported(format!("the address {address} is invalid: {words}"))
     })?;
     Ok(options.application_name("brood").options(LIMITS).disable_statement_logging())
 }

@@ -1,0 +1,139 @@
+//! Tests on the engine PostgreSQL: a temporary cluster, and the tests of the store and of the API on
+//! it.
+//!
+//! The cluster listens on a Unix socket in its own folder below the folder of temporary files. As
+//! root it runs as the user `postgres`, whom the Debian package makes: PostgreSQL refuses root.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+
+use crate::prerequisite::{self, Prerequisites};
+use crate::{shell, suite};
+
+/// Folder with a folder for each installed version.
+const PROGRAMS: &str = "/usr/lib/postgresql";
+/// Options of the cluster. Tests open many connections.
+const OPTIONS: &str = "-c listen_addresses= -c max_connections=500";
+/// Tests of the API that run on PostgreSQL in each run of all tests: those of what is stored.
+const STORED: &str = "test(/^(access|breed|edit|export_job|idempotency|individual|job|lineage|\
+    lineage_list|lock|scene|search|start)::/)";
+
+/// Cluster that is removed when it is dropped.
+struct Cluster {
+    programs: PathBuf,
+    folder: PathBuf,
+    user: Option<&'static str>,
+}
+
+impl Cluster {
+    /// Installs PostgreSQL if it is missing, and starts an empty cluster.
+    fn start() -> Result<Self> {
+        if newest().is_none() {
+            println!("missing: a database server (Debian: postgresql)");
+            prerequisite::install_debian(&["postgresql"])?;
+        }
+        let programs = newest().context("find PostgreSQL below /usr/lib/postgresql")?;
+        let is_root = shell::output(shell::command("id").arg("-u"))?.trim() == "0";
+        let folder = std::env::temp_dir().join(format!("brood-pg-{}", std::process::id()));
+        let cluster = Self { programs, folder, user: is_root.then_some("postgres") };
+        shell::run(cluster.command("mkdir").args(["-m", "700"]).arg(&cluster.folder))?;
+        shell::run(
+            cluster
+                .command(cluster.programs.join("initdb"))
+                .args(["--username=brood", "--auth=trust", "--encoding=UTF8"])
+                .args(["--locale=C.UTF-8", "--no-instructions", "--pgdata"])
+                .arg(cluster.data()),
+        )?;
+        let folder = cluster.folder.display();
+        shell::run(
+            cluster
+                .control()
+                .args(["--wait", "--log"])
+                .arg(cluster.folder.join("log"))
+                .args(["--options", &format!("{OPTIONS} -c unix_socket_directories={folder}")])
+                .arg("start"),
+        )?;
+        Ok(cluster)
+    }
+
+    /// Address for `BROOD_TEST_DATABASE`.
+    fn address(&self) -> String {
+        let folder = self.folder.display().to_string().replace('/', "%2F");
+        format!("postgres://brood@{folder}/postgres")
+    }
+
+    fn data(&self) -> PathBuf {
+        self.folder.join("data")
+    }
+
+    fn control(&self) -> Command {
+        let mut control = self.command(self.programs.join("pg_ctl"));
+        control.arg("--pgdata").arg(self.data());
+        control
+    }
+
+    /// Command of the user of the cluster.
+    fn command(&self, program: impl AsRef<Path>) -> Command {
+        let Some(user) = self.user else { return shell::command(program.as_ref()) };
+        let mut command = shell::command("runuser");
+        command.args(["-u", user, "--"]).arg(program.as_ref());
+        // The folder of the repository may be closed to that user.
+        command.current_dir(std::env::temp_dir());
+        command
+    }
+}
+
+impl Drop for Cluster {
+    fn drop(&mut self) {
+        if let Err(error) = shell::run(self.control().args(["--mode=immediate", "stop"])) {
+            eprintln!("cannot stop PostgreSQL: {error:#}");
+        }
+        if let Err(error) = std::fs::remove_dir_all(&self.folder) {
+            eprintln!("cannot remove {}: {error}", self.folder.display());
+        }
+    }
+}
+
+/// Programs of the newest version that is installed.
+fn newest() -> Option<PathBuf> {
+    let version = |path: &PathBuf| path.file_name()?.to_str()?.parse::<u32>().ok();
+    let versions = std::fs::read_dir(PROGRAMS).ok()?.filter_map(|entry| Some(entry.ok()?.path()));
+    let newest = versions.filter(|path| path.join("bin/initdb").is_file()).max_by_key(version)?;
+    Some(newest.join("bin"))
+}
+
+/// Runs the tests of the store on PostgreSQL, and those of the API about what is stored.
+pub fn short(target: &Path, found: &Prerequisites) -> Result<()> {
+    test(target, found, &[STORED])
+}
+
+/// Runs the tests of the store and of the API on PostgreSQL, or those that a filter of nextest
+/// chooses.
+pub fn run(filter: &[&str]) -> Result<()> {
+    let target = suite::target_directory()?;
+    shell::run(shell::cargo().args(["build", "--locked", "--package", "brood"]))?;
+    let filter = if filter.is_empty() { &["all()"] } else { filter };
+    test(&target, &Prerequisites::find(), filter)
+}
+
+fn test(target: &Path, found: &Prerequisites, filter: &[&str]) -> Result<()> {
+    if !found.nextest {
+        bail!("the tests on PostgreSQL need cargo-nextest");
+    }
+    let start = Instant::now();
+    let cluster = Cluster::start()?;
+    println!("PostgreSQL runs after {:.1} s", start.elapsed().as_secs_f64());
+    let tests = |package: &str, filter: &str| {
+        let mut command = suite::prepared(shell::cargo(), found, target);
+        command.env("BROOD_TEST_DATABASE", cluster.address());
+        command.args(["nextest", "run", "--no-fail-fast", "--package", package]);
+        shell::run(command.args(["-E", filter]))
+    };
+    let chosen = filter.join(" or ");
+    let store = tests("brood-storage", "all()");
+    let api = tests("brood-tests", &format!("binary(api) and ({chosen})"));
+    store.and(api)
+}
