@@ -144,8 +144,8 @@ CREATE TABLE token (
 CREATE TABLE closed (at_ms BIGINT NOT NULL);
 
 CREATE TABLE idempotency (
-    key        TEXT   NOT NULL,
-    route      TEXT   NOT NULL,
+    key        TEXT   COLLATE "C" NOT NULL,
+    route      TEXT   COLLATE "C" NOT NULL,
     body_hash  BYTEA  NOT NULL CHECK (octet_length(body_hash) = 32),
     status     BIGINT NOT NULL,
     created_ms BIGINT NOT NULL,

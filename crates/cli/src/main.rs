@@ -22,6 +22,7 @@ mod inspect;
 mod light_file;
 mod lock;
 mod mesh;
+mod migrate;
 mod model;
 mod object_file;
 mod palette;
@@ -71,6 +72,8 @@ enum Command {
     Check(check::CheckArgs),
     /// Make the database smaller: packs genomes of earlier versions, gives free pages back
     Compact(compact::CompactArgs),
+    /// Copy the database of a data directory into PostgreSQL
+    Migrate(migrate::MigrateArgs),
     /// Breed a brood without a server
     Breed(breed::BreedArgs),
     /// Print the colours of a picture by regions, for `breed --painting`
@@ -116,6 +119,7 @@ fn main() -> ExitCode {
         Command::Backup(args) => backup::run(&args, cli.json),
         Command::Check(args) => check::run(&args, cli.json),
         Command::Compact(args) => compact::run(&args, cli.json),
+        Command::Migrate(args) => migrate::run(&args, cli.json),
         Command::Breed(args) => breed::run(&args, cli.json),
         Command::Palette(args) => palette::run(&args, cli.json),
         Command::Image(args) => image_file::run(&args, cli.json),

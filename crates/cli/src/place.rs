@@ -36,14 +36,19 @@ impl DataPlace {
         if let Some(address) = &self.database {
             bail!("{address} is copied and compacted by the tools of PostgreSQL, such as pg_dump");
         }
-        let data = data_dir(self.data.as_ref())?;
-        ensure!(
-            data.join("brood.db").exists(),
-            "{} holds no brood.db; name the data directory with --data",
-            data.display()
-        );
-        Ok(data)
+        with_database(self.data.as_ref())
     }
+}
+
+/// Data directory as in [`data_dir`]; error if it has no database.
+pub fn with_database(given: Option<&PathBuf>) -> Result<PathBuf> {
+    let data = data_dir(given)?;
+    ensure!(
+        data.join("brood.db").exists(),
+        "{} holds no brood.db; name the data directory with --data",
+        data.display()
+    );
+    Ok(data)
 }
 
 /// Data directory: `given`, else `$XDG_DATA_HOME/brood`, else `~/.local/share/brood`.

@@ -1,7 +1,7 @@
 //! `brood token`: creates, lists and revokes tokens, and opens access without one, whether or not a
 //! server is running.
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use brood_bench::{logging, output};
 use brood_server::now_ms;
 use brood_storage::{Scope, StorageError};

@@ -55,6 +55,14 @@ pub enum StorageError {
     /// The data directory is not accessible.
     #[error("cannot access the data directory: {}", .0.kind())]
     Directory(#[source] std::io::Error),
+    /// The copy of a table differs from it: the database has other rows too.
+    #[error(
+        "the table {table} differs after copying: the database has other rows; use an empty one"
+    )]
+    Mixed {
+        /// Name of the table.
+        table: &'static str,
+    },
     /// There is no connection to the database. What was being written may be stored.
     #[error("cannot reach the database: {0}")]
     Unreachable(String),

@@ -6,6 +6,7 @@ mod content;
 mod durability;
 mod family;
 mod history;
+mod migration;
 mod packing;
 mod removal;
 mod search;
