@@ -18,8 +18,13 @@ const PROGRAMS: &str = "/usr/lib/postgresql";
 /// Options of the cluster. Tests open many connections.
 const OPTIONS: &str = "-c listen_addresses= -c max_connections=500";
 /// Tests of the API that run on PostgreSQL in each run of all tests: those of what is stored.
-const STORED: &str = "test(/^(access|breed|edit|export_job|idempotency|individual|job|lineage|\
-    lineage_list|lock|scene|search|start)::/)";
+const STORED: &str = "test(/^(access|breed|comparison|edit|export_job|genome|idempotency|individual|\
+    job|lineage|lineage_list|lock|mesh|operation|scene|search|start|target)::/)";
+/// Tests that read or change SQLite's files.
+const OF_FILES: &str = "test(/^upgrade::/) or test(/an_earlier_version/) or test(/^command_line::/) \
+    or test(=access::routes_require_a_token_of_the_right_scope_when_a_token_exists)";
+/// Tests at a time. They mostly wait.
+const THREADS: &str = "--test-threads=4";
 
 /// Cluster that is removed when it is dropped.
 struct Cluster {
@@ -129,11 +134,11 @@ fn test(target: &Path, found: &Prerequisites, filter: &[&str]) -> Result<()> {
     let tests = |package: &str, filter: &str| {
         let mut command = suite::prepared(shell::cargo(), found, target);
         command.env("BROOD_TEST_DATABASE", cluster.address());
-        command.args(["nextest", "run", "--no-fail-fast", "--package", package]);
+        command.args(["nextest", "run", "--no-fail-fast", THREADS, "--package", package]);
         shell::run(command.args(["-E", filter]))
     };
     let chosen = filter.join(" or ");
     let store = tests("brood-storage", "all()");
-    let api = tests("brood-tests", &format!("binary(api) and ({chosen})"));
+    let api = tests("brood-tests", &format!("binary(api) and ({chosen}) and not ({OF_FILES})"));
     store.and(api)
 }
