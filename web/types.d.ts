@@ -2223,6 +2223,8 @@ export interface components {
         /** @description Response of `GET /v1/system`. */
         SystemAnswer: {
             backend?: components["schemas"]["BackendReport"] | null;
+            /** @description Engine of the database with its version, such as `SQLite 3.51.3` or `PostgreSQL 15.18`. */
+            database: string;
             /** @description Limits of the server by name. The last word of a name is its unit. */
             limits: {
                 [key: string]: number;
@@ -2232,8 +2234,6 @@ export interface components {
              * @description Version of the renderer. It is part of every picture key.
              */
             renderer_version: number;
-            /** @description Version of the embedded SQLite library. */
-            sqlite_version: string;
             /** @description Version of the server. */
             version: string;
             /** @description Names of the workers that were active in the last minute. */
