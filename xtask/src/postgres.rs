@@ -1,5 +1,4 @@
-//! Tests on the engine PostgreSQL: a temporary cluster, and the tests of the store and of the API on
-//! it.
+//! Tests on PostgreSQL: a temporary cluster, and the tests of the store and of the API on it.
 //!
 //! The cluster listens on a Unix socket in its own folder below the folder of temporary files. As
 //! root it runs as the user `postgres`, whom the Debian package makes: PostgreSQL refuses root.

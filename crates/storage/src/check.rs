@@ -2,9 +2,9 @@
 
 use brood_genome::{Genome, GenomeHash};
 
+use crate::column::Key;
 use crate::error::Result;
 use crate::genome;
-use crate::row::Key;
 use crate::sql::{Conn, query};
 use crate::{StorageError, Store, StoredGenome};
 

@@ -6,10 +6,10 @@ use std::path::Path;
 use brood_genome::{Genome, GenomeHash};
 use brood_protocol::GenerationId;
 
+use crate::column::{Key, corrupt_column};
 use crate::engine::sqlite::Opened;
 use crate::error::Result;
 use crate::genome::{self, Bases};
-use crate::row::{Key, corrupt_column};
 use crate::sql::{Conn, query};
 use crate::{StorageError, Store, StoredGenome};
 

@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 use brood_genome::GenomeHash;
 use brood_protocol::{JobId, JobStatus};
 
+use crate::column::Key;
 use crate::error::{LEASE_ENDED, Result, changed};
-use crate::row::{Key, Record, insert_rows, record, returning, select, signed, values};
+use crate::row::{Record, insert_rows, record, returning, select, signed, values};
 use crate::sql::{Conn, query};
 use crate::write::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};

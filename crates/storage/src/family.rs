@@ -4,9 +4,9 @@ use std::collections::HashSet;
 
 use brood_protocol::{IndividualId, ParentRef};
 
+use crate::column::{Key, optional_key};
 use crate::error::Result;
 use crate::individual::{fetch, fetch_all, select_individuals, with_parents};
-use crate::row::{Key, optional_key};
 use crate::{Store, StoredIndividual};
 
 /// Largest number of ancestors returned, for any depth.

@@ -8,10 +8,11 @@ use brood_protocol::{
     BreedOptions, DialectConstraints, GenerationId, IndividualId, LineageId, ParentRef, Seed,
 };
 
+use crate::column::{Key, optional_key};
 use crate::error::changed;
 use crate::genome::{self, Bases, NewGenome};
 use crate::individual::{self, StoredIndividual};
-use crate::row::{Key, Record, insert_rows, key_set, optional_key, record, select, signed, values};
+use crate::row::{Record, insert_rows, key_set, record, select, signed, values};
 use crate::sql::{Conn, GenomeUse, Query, SqlRow, query};
 use crate::write::operation;
 use crate::{

@@ -12,9 +12,10 @@ use std::collections::HashMap;
 use brood_genome::{Genome, GenomeHash, ModelKind};
 use brood_protocol::GenerationId;
 
+use crate::column::{Key, corrupt_column};
 use crate::error::Result;
 use crate::packing::{self, BASES_MAX, Packer};
-use crate::row::{Key, corrupt_column, insert_rows, key_set, values};
+use crate::row::{insert_rows, key_set, values};
 use crate::sql::{Conn, GenomeUse, SqlRow, query};
 use crate::write::operation;
 use crate::{StorageError, Store};

@@ -11,10 +11,10 @@ use std::time::{Duration, Instant};
 use brood_genome::GenomeHash;
 use brood_protocol::{IndividualId, Lineage, LineageId, ParentRef, PatchIndividual};
 
+use crate::column::Key;
 use crate::error::{Result, changed};
 use crate::genome::Bases;
 use crate::lineage;
-use crate::row::Key;
 use crate::slice::Pace;
 use crate::sql::{Conn, GenomeUse, query};
 use crate::write::operation;

@@ -6,8 +6,9 @@ use std::collections::{HashMap, HashSet};
 use brood_genome::{GenomeHash, ModelKind};
 use brood_protocol::{GenerationId, IndividualId, LineageId, ParentRef, PatchIndividual};
 
+use crate::column::{Key, optional_key};
 use crate::error::{Result, changed};
-use crate::row::{Key, Record, key_set, optional_key, record, select, signed};
+use crate::row::{Record, key_set, record, select, signed};
 use crate::sql::{Conn, KeySet, Query, SqlRow, query};
 use crate::write::operation;
 use crate::{StorageError, Store, genome};

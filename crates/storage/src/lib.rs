@@ -25,6 +25,7 @@
 mod address;
 mod backup;
 mod check;
+mod column;
 mod compact;
 mod engine;
 mod error;

@@ -6,9 +6,10 @@ use std::str::FromStr;
 
 use brood_protocol::{IndividualId, Lineage, LineageId, PatchLineage};
 
+use crate::column::{Key, optional_key};
 use crate::error::{Result, changed};
 use crate::idempotency::{self, Idempotency};
-use crate::row::{Key, Record, key_set, optional_key, record, select, signed};
+use crate::row::{Record, key_set, record, select, signed};
 use crate::sql::{Conn, query};
 use crate::write::operation;
 use crate::{StorageError, Store};

@@ -4,8 +4,9 @@
 use brood_protocol::MeshId;
 
 use crate::Store;
+use crate::column::Key;
 use crate::error::Result;
-use crate::row::{Key, Record, record, select, signed};
+use crate::row::{Record, record, select, signed};
 use crate::sql::query;
 use crate::write::operation;
 

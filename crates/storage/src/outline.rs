@@ -4,9 +4,10 @@ use std::collections::HashMap;
 
 use brood_protocol::{GenerationId, IndividualId, LineageId};
 
+use crate::column::Key;
 use crate::error::Result;
 use crate::individual::{fetch_all, select_individuals, with_parents};
-use crate::row::{Key, Record, key_set, record, select, signed};
+use crate::row::{Record, key_set, record, select, signed};
 use crate::{Store, StoredIndividual};
 
 record! {

@@ -9,8 +9,9 @@ use brood_protocol::{
 };
 
 use crate::Store;
+use crate::column::{Key, columns};
 use crate::error::Result;
-use crate::row::{Key, Record, columns, insert_rows, key_set, record, select, values};
+use crate::row::{Record, insert_rows, key_set, record, select, values};
 use crate::sql::{Conn, query};
 use crate::write::operation;
 

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use brood_genome::GenomeHash;
 use brood_protocol::LineageId;
 
+use crate::column::Key;
 use crate::error::{Result, changed};
-use crate::row::Key;
 use crate::slice::Pace;
 use crate::sql::{Conn, GenomeUse, query};
 use crate::write::operation;

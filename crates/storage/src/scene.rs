@@ -4,8 +4,8 @@
 use brood_genome::GenomeHash;
 use brood_protocol::SceneId;
 
+use crate::column::Key;
 use crate::error::{Result, changed};
-use crate::row::Key;
 use crate::sql::query;
 use crate::write::operation;
 use crate::{StorageError, Store};

@@ -12,9 +12,10 @@ use brood_protocol::{
     SearchState, TargetId,
 };
 
+use crate::column::{Key, optional_key};
 use crate::error::{Result, changed};
 use crate::lineage;
-use crate::row::{Key, Record, optional_key, record, select};
+use crate::row::{Record, record, select};
 use crate::sql::{Conn, query};
 use crate::write::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};

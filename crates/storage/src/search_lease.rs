@@ -9,8 +9,9 @@ use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
 
 use crate::Store;
+use crate::column::{Key, optional_key};
 use crate::error::{LEASE_ENDED, Result, changed};
-use crate::row::{Key, Record, insert_rows, optional_key, record, returning, signed, values};
+use crate::row::{Record, insert_rows, record, returning, signed, values};
 use crate::search::{self, NEXT_TURN, StoredSearch};
 use crate::sql::{Conn, query};
 use crate::write::operation;

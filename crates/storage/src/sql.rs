@@ -13,13 +13,13 @@ use sqlx::postgres::{PgArguments, PgRow};
 use sqlx::query::Query as SqlxQuery;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{
-    AssertSqlSafe, ColumnIndex, Connection as _, Database, Decode, Postgres, Row as _, Sqlite,
-    SqliteConnection, Transaction, Type,
+    AssertSqlSafe, ColumnIndex, Connection as _, Database, Postgres, Row as _, Sqlite,
+    SqliteConnection, Transaction,
 };
 
 use crate::StorageError;
+use crate::column::{Column, corrupt_column};
 use crate::error::{Result, postgres_error};
-use crate::row::{Column, corrupt_column};
 
 /// Connection to the database.
 pub(crate) enum Conn {
@@ -69,17 +69,6 @@ impl<DB: Database> DerefMut for Held<DB> {
             Self::Transaction(conn) => conn,
         }
     }
-}
-
-/// Type of a value as engines store it.
-pub(crate) trait Stored:
-    for<'r> Decode<'r, Sqlite> + Type<Sqlite> + for<'r> Decode<'r, Postgres> + Type<Postgres>
-{
-}
-
-impl<T> Stored for T where
-    T: for<'r> Decode<'r, Sqlite> + Type<Sqlite> + for<'r> Decode<'r, Postgres> + Type<Postgres>
-{
 }
 
 /// Value of a statement.

@@ -3,8 +3,8 @@
 
 use brood_protocol::{CorrectedScene, Target, TargetId};
 
+use crate::column::{Key, optional_key};
 use crate::error::Result;
-use crate::row::{Key, optional_key};
 use crate::sql::query;
 use crate::write::operation;
 use crate::{Idempotency, StorageError, Store, idempotency};

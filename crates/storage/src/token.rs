@@ -1,8 +1,9 @@
 //! Access tokens, identified by the hash of their secret. Owner of the tables `token` and `closed`
 //! and of the scopes' permissions. Secrets never reach this module.
 
+use crate::column::columns;
 use crate::error::{Result, changed, unique_conflict};
-use crate::row::{Record, columns, record, select};
+use crate::row::{Record, record, select};
 use crate::sql::query;
 use crate::write::operation;
 use crate::{StorageError, Store};

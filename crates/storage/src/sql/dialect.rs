@@ -1,6 +1,6 @@
 //! Text of a statement for PostgreSQL. SQLite reads it as it is.
 //!
-//! What differs stands in comments: `/*pg: text*/` is for PostgreSQL alone, the text between
+//! Differences stand in comments: `/*pg: text*/` is for PostgreSQL alone, the text between
 //! `/*sqlite*/` and `/*end*/` for SQLite alone. Sets of keys become arrays.
 
 /// Membership in a set of keys, before and after its number.
