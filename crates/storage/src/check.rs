@@ -63,7 +63,7 @@ impl Store {
 /// Problems of pages, indexes and constraints.
 async fn structure(conn: &mut Conn) -> Result<Vec<String>> {
     let rows = query("PRAGMA integrity_check(20)").fetch_all(conn).await?;
-    let words = rows.iter().map(|row| Ok(row.column("integrity_check")?));
+    let words = rows.iter().map(|row| row.column("integrity_check"));
     let words = words.collect::<Result<Vec<_>>>()?;
     Ok(if words == ["ok"] { Vec::new() } else { words })
 }

@@ -57,7 +57,7 @@ pub enum StorageError {
     Directory(#[source] std::io::Error),
     /// The copy of a table differs from it: the database has other rows too.
     #[error(
-        "the table {table} differs after copying: the database has other rows; use an empty one"
+        "the table {table} differs after copying: the database has other rows, or an earlier copy; use an empty one"
     )]
     Mixed {
         /// Name of the table.

@@ -78,7 +78,7 @@ impl Store {
     pub async fn prune_idempotency(&self, before_ms: i64) -> Result<u64> {
         self.write(operation!(|conn| {
             let query = query("DELETE FROM idempotency WHERE created_ms < ?");
-            Ok(query.bind(before_ms).execute(conn).await?)
+            query.bind(before_ms).execute(conn).await
         }))
         .await
     }

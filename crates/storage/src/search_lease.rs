@@ -167,7 +167,7 @@ impl Store {
         self.write_relaxed(operation!(|conn| {
             let sql = "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL
                            WHERE state = 'running'";
-            Ok(query(sql).execute(conn).await?)
+            query(sql).execute(conn).await
         }))
         .await
     }
