@@ -368,3 +368,12 @@ fn hash(hasher: &mut blake3::Hasher, value: &Value) {
     hasher.update(&length.to_le_bytes());
     hasher.update(&bytes.unwrap_or_default());
 }
+
+/// Names of all columns that are copied, each after its table and a point.
+#[cfg(test)]
+pub(crate) fn copied_columns() -> std::collections::BTreeSet<String> {
+    let names = |table: Table| {
+        table.columns.into_iter().map(move |(column, _)| format!("{}.{column}", table.name))
+    };
+    TABLES.map(Table::parse).into_iter().flat_map(names).collect()
+}

@@ -1,8 +1,10 @@
-//! Tests of copies into PostgreSQL. They do nothing without `BROOD_TEST_DATABASE`.
+//! Tests of copies into PostgreSQL. All but the first do nothing without `BROOD_TEST_DATABASE`.
 
 use std::path::Path;
 
 use super::*;
+use crate::migrate::copied_columns;
+use crate::sql::{Conn, query};
 use crate::{DatabaseAddress, Migrated, migrate};
 
 async fn copy(from: &Path, to: &DatabaseAddress) -> Result<Migrated, StorageError> {
@@ -26,6 +28,26 @@ async fn fill(store: &Store) -> LineageId {
     store.create_token("laptop", crate::Scope::Read, hash("t"), Some(9)).await.unwrap();
     store.put_light_asset(hash("l"), brood_protocol::LightAssetKind::Image, vec![1]).await.unwrap();
     lineage
+}
+
+#[tokio::test]
+async fn all_columns_are_copied() {
+    let (_place, store) = open().await;
+    let mut conn = store.reader().await.unwrap();
+    let sql = match conn {
+        Conn::Sqlite(_) => {
+            "SELECT t.name || '.' || c.name AS name
+             FROM sqlite_schema AS t, pragma_table_info(t.name) AS c WHERE t.type = 'table'"
+        }
+        Conn::Postgres(_) => {
+            "SELECT table_name || '.' || column_name AS name FROM information_schema.columns
+             WHERE table_schema = current_schema()"
+        }
+    };
+    let rows = query(sql).fetch_all(&mut conn).await.unwrap();
+    let names = rows.iter().map(|row| row.column::<String>("name").unwrap());
+    let names = names.filter(|name| !name.starts_with("_sqlx") && !name.starts_with("sqlite_"));
+    assert_eq!(names.collect::<std::collections::BTreeSet<_>>(), copied_columns());
 }
 
 #[tokio::test]
