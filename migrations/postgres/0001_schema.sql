@@ -1,4 +1,4 @@
--- Schema of the engine PostgreSQL: the tables of ../*.sql as they are after 0030, which says what each is for. Times are
+-- Schema for PostgreSQL: the tables of ../*.sql as they are after 0030; these files describe each table. Times are
 -- milliseconds since 1970-01-01 UTC, ids have 16 bytes, hashes 32.
 CREATE TABLE genome (
     hash              BYTEA   NOT NULL PRIMARY KEY CHECK (octet_length(hash) = 32),
@@ -11,6 +11,7 @@ CREATE TABLE genome (
     bases             BYTEA   CHECK (octet_length(bases) % 32 = 0 AND octet_length(bases) <= 64)
 );
 CREATE INDEX genome_program ON genome (program_hash);
+CREATE INDEX genome_kept ON genome (hash) WHERE kept;
 
 CREATE TABLE mesh (
     id            BYTEA   NOT NULL PRIMARY KEY CHECK (octet_length(id) = 16),

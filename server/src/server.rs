@@ -70,7 +70,9 @@ impl Server {
             .map_err(|source| ServerError::Bind { address: config.listen, source })?;
         let hosts = HostNames::new(address.ip(), &config.allow_hosts)?;
         let store = match &config.database {
-            Some(address) => Store::connect(address).await.map_err(ServerError::Database)?,
+            Some(address) => {
+                Store::connect(address, &config.data).await.map_err(ServerError::Database)?
+            }
             None => Store::open_unchecked(&config.data).await?,
         };
         tracing::info!(engine = store.engine_version(), "opened the database");

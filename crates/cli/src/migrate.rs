@@ -36,12 +36,9 @@ pub fn run(args: &MigrateArgs, json: bool) -> Result<()> {
             "changed_texts": migrated.changed_texts,
         }));
     }
-    output::print(&format!("{} rows are in {database}, each as it was\n", migrated.rows))?;
+    output::print(&format!("copied {} rows to {database}; all hashes match\n", migrated.rows))?;
     if migrated.changed_texts > 0 {
-        output::print(&format!(
-            "except {} texts with the character U+0000, which became U+FFFD\n",
-            migrated.changed_texts
-        ))?;
+        output::print(&format!("replaced U+0000 by U+FFFD in {} texts\n", migrated.changed_texts))?;
     }
     Ok(())
 }

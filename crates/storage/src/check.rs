@@ -32,7 +32,7 @@ impl Store {
     pub async fn check(&self, read: impl Fn(u64)) -> Result<CheckedStore> {
         let mut conn = self.snapshot().await?;
         let mut problems = Vec::new();
-        // PostgreSQL checks its pages as they are read, and references as they are written.
+        // PostgreSQL checks references on each write, and pages only with `data_checksums`.
         if let Conn::Sqlite(_) = conn {
             problems.extend(structure(&mut conn).await?);
             problems.extend(references(&mut conn).await?);

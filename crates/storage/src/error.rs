@@ -63,11 +63,11 @@ pub enum StorageError {
         /// Name of the table.
         table: &'static str,
     },
-    /// There is no connection to the database. What was being written may be stored.
+    /// There is no connection to the database. The write may have been stored.
     #[error("cannot reach the database: {0}")]
     Unreachable(String),
     /// Any other error of the database.
-    #[error("database error")]
+    #[error("database error: {0}")]
     Database(#[source] sqlx::Error),
 }
 
@@ -165,8 +165,9 @@ pub(crate) fn postgres_error(error: sqlx::Error) -> StorageError {
         // Serialization failure, deadlock, lock or statement timeout, too many connections.
         "40001" | "40P01" | "55P03" | "57014" | "53300" => StorageError::Busy,
         "53100" => StorageError::Full,
-        // Shutdown, crash, start; limit of an idle transaction; access refused; no such database.
-        "57P01" | "57P02" | "57P03" | "25P03" | "28000" | "28P01" | "3D000" => {
+        // Shutdown, crash, start; limit of an idle transaction; a standby; access refused; no such
+        // database.
+        "57P01" | "57P02" | "57P03" | "25P03" | "25006" | "28000" | "28P01" | "3D000" => {
             StorageError::Unreachable(message)
         }
         "XX001" | "XX002" => StorageError::Corrupt(message),

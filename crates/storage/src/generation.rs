@@ -145,8 +145,8 @@ fn select_generations(rest: &str) -> Query {
 impl Store {
     /// Stores a generation with its individuals, genomes, parents, picture keys, search step and
     /// idempotency record, in one transaction. Its index is the next one of the lineage.
-    /// Returns it with the times of the commit. Once the future was polled, all later writes are
-    /// ordered after it.
+    /// Returns it with the times of the commit. On SQLite, once the future was polled, all later
+    /// writes are ordered after it.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the lineage, a parent or a scene does not exist,
@@ -240,11 +240,12 @@ pub(crate) async fn insert(
     conn: &mut Conn,
     new: NewGeneration,
 ) -> Result<StoredGeneration, StorageError> {
+    // Before the rows that a removal of the lineage takes after it.
+    conn.lock_genomes(GenomeUse::Birth).await?;
     idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
     if let Some(step) = &new.search {
         search_lease::apply(conn, step).await?;
     }
-    conn.lock_genomes(GenomeUse::Birth).await?;
     lineage::lock(conn, new.lineage).await?;
     let index = insert_row(conn, &new).await?;
     insert_parents(conn, new.id, &new.parents).await?;

@@ -227,7 +227,10 @@ pub(crate) async fn pack_alone(conn: &mut Conn, hashes: &[GenomeHash]) -> Result
     let packed = rows(conn, hashes).await?.into_iter().filter(Row::needs_bases);
     let packed: Vec<_> = packed.map(|row| row.hash).collect();
     let alone = Bases::default();
-    for (hash, genome) in read(conn, &packed).await? {
+    let mut found: Vec<_> = read(conn, &packed).await?.into_iter().collect();
+    // Sorted, so that two transactions with the same genomes cannot wait for each other.
+    found.sort_by_key(|(hash, _)| *hash);
+    for (hash, genome) in found {
         if let StoredGenome::Bytes(bytes) = genome {
             pack(conn, (hash, &bytes), &alone).await?;
         }

@@ -58,7 +58,7 @@ mod write;
 #[cfg(test)]
 mod tests;
 
-pub use address::{DatabaseAddress, InvalidDatabaseAddress};
+pub use address::DatabaseAddress;
 pub use check::CheckedStore;
 pub use compact::Compacted;
 pub use error::StorageError;

@@ -1,8 +1,9 @@
 //! Copy of a data directory's database into PostgreSQL.
 //!
-//! Rows are copied in the order of their keys, each batch in one transaction, so a copy that was
-//! stopped goes on after the largest key that is there. At the end, the rows of both databases are
-//! read again and compared by a hash of each table.
+//! Rows are copied in the order of their keys, each batch in one transaction. A repeated copy first
+//! compares the rows that are there with those of the source, and writes nothing if they differ;
+//! then it resumes after the largest key. At the end, all rows of both databases are read again and
+//! compared by a hash of each table.
 
 use std::path::Path;
 
@@ -11,8 +12,8 @@ use crate::address::DatabaseAddress;
 use crate::engine::postgres::Postgres;
 use crate::engine::sqlite::Opened;
 use crate::error::Result;
-use crate::sql::{Conn, SqlRow, Value, query};
-use crate::write::{Durability, operation};
+use crate::sql::{Conn, Query, SqlRow, Value, query};
+use crate::write::operation;
 
 /// Tables in the order of their references, with the number of rows in a transaction and the
 /// columns: those of the key first, marked by `*`. A column that refers to a later table is marked
@@ -128,10 +129,18 @@ pub async fn migrate(
     let to = Postgres::connect(address, true).await?;
     let mut migrated = Migrated::default();
     for table in TABLES.map(Table::parse) {
+        let Some(last) = table.last_key(&mut to.reader().await?).await? else { continue };
+        let (source, _) = table.digest(&mut from.conn, Rows::CopiedUpTo(&last)).await?;
+        let (copy, _) = table.digest(&mut to.snapshot().await?, Rows::CopiedUpTo(&last)).await?;
+        if source != copy {
+            return Err(StorageError::Mixed { table: table.name });
+        }
+    }
+    for table in TABLES.map(Table::parse) {
         let mut rows = 0;
         let mut last = table.last_key(&mut to.reader().await?).await?;
         loop {
-            let batch = table.read(&mut from.conn, last.as_deref(), table.batch).await?;
+            let batch = table.read(&mut from.conn, last.as_deref(), None, table.batch).await?;
             let Some(end) = batch.last() else { break };
             last = Some(end[..table.keys].to_vec());
             rows += batch.len() as u64;
@@ -144,8 +153,8 @@ pub async fn migrate(
     }
     for table in TABLES.map(Table::parse) {
         step(MigrationStep::Compared { table: table.name });
-        let (source, changed_texts) = table.digest(&mut from.conn).await?;
-        let (copy, _) = table.digest(&mut to.snapshot().await?).await?;
+        let (source, changed_texts) = table.digest(&mut from.conn, Rows::All).await?;
+        let (copy, _) = table.digest(&mut to.snapshot().await?, Rows::All).await?;
         if source != copy {
             return Err(StorageError::Mixed { table: table.name });
         }
@@ -176,6 +185,14 @@ struct Table {
     keys: usize,
     /// Numbers of the columns that refer to later tables.
     later: Vec<usize>,
+}
+
+/// Rows that are hashed.
+#[derive(Clone, Copy)]
+enum Rows<'k> {
+    All,
+    /// Rows up to a key, without references to later tables: those are filled at the end.
+    CopiedUpTo(&'k [Value]),
 }
 
 /// Number of rows and hash of their values.
@@ -225,19 +242,25 @@ impl Table {
         Ok(Some(self.values(&row)?[..self.keys].to_vec()))
     }
 
-    /// Reads rows after a key, at most `limit`.
+    /// Reads rows after a key and up to another, at most `limit`.
     async fn read(
         &self,
         conn: &mut Conn,
         after: Option<&[Value]>,
+        until: Option<&[Value]>,
         limit: i64,
     ) -> Result<Vec<Vec<Value>>> {
         let (names, key, name) = (self.names(), self.key(), self.name);
         let places = vec!["?"; self.keys].join(", ");
-        let after_key = after.map(|_| format!("WHERE ({key}) > ({places})")).unwrap_or_default();
-        let sql = format!("SELECT {names} FROM {name} {after_key} ORDER BY {key} LIMIT ?");
-        let select = after.into_iter().flatten().cloned().fold(query(sql), |q, v| q.bind(v));
-        let rows = select.bind(limit).fetch_all(conn).await?;
+        let bound = |is_given: bool, sign| match is_given {
+            true => format!("({key}) {sign} ({places})"),
+            false => "TRUE".to_owned(),
+        };
+        let (lower, upper) = (bound(after.is_some(), ">"), bound(until.is_some(), "<="));
+        let sql =
+            format!("SELECT {names} FROM {name} WHERE {lower} AND {upper} ORDER BY {key} LIMIT ?");
+        let keys = after.into_iter().chain(until).flatten().cloned();
+        let rows = keys.fold(query(sql), Query::bind).bind(limit).fetch_all(conn).await?;
         rows.iter().map(|row| self.values(row)).collect()
     }
 
@@ -265,21 +288,17 @@ impl Table {
         }
         let row = format!("({})", vec!["?"; self.columns.len()].join(", "));
         let (name, names) = (self.name, self.names());
-        to.write(
-            Durability::ProcessDeath,
-            operation!(|conn| {
-                // A statement has 65,535 values at most.
-                for chunk in rows.chunks(256) {
-                    let places = vec![row.as_str(); chunk.len()].join(", ");
-                    let sql = format!(
-                        "INSERT INTO {name} ({names}) VALUES {places} ON CONFLICT DO NOTHING"
-                    );
-                    let values = chunk.iter().flatten().cloned();
-                    values.fold(query(sql), |q, value| q.bind(value)).execute(conn).await?;
-                }
-                Ok(())
-            }),
-        )
+        to.write(operation!(|conn| {
+            // A statement has 65,535 values at most.
+            for chunk in rows.chunks(256) {
+                let places = vec![row.as_str(); chunk.len()].join(", ");
+                let sql =
+                    format!("INSERT INTO {name} ({names}) VALUES {places} ON CONFLICT DO NOTHING");
+                let values = chunk.iter().flatten().cloned();
+                values.fold(query(sql), Query::bind).execute(conn).await?;
+            }
+            Ok(())
+        }))
         .await?;
         Ok(())
     }
@@ -290,7 +309,7 @@ impl Table {
             let (name, (reference, _)) = (self.name, self.columns[*column]);
             let mut last: Option<Vec<Value>> = None;
             loop {
-                let rows = self.read(from, last.as_deref(), 1024).await?;
+                let rows = self.read(from, last.as_deref(), None, 1024).await?;
                 let Some(end) = rows.last() else { break };
                 last = Some(end[..self.keys].to_vec());
                 let filled = rows.into_iter().filter(|row| !is_null(&row[*column]));
@@ -302,35 +321,42 @@ impl Table {
                 let places = vec!["(?, ?)"; pairs.len() / 2].join(", ");
                 let sql = format!(
                     "UPDATE {name} SET {reference} = filled.reference
-                     FROM (VALUES {places}) AS filled (id, reference) WHERE {name}.id = filled.id"
+                     FROM (VALUES {places}) AS filled (id, reference)
+                     WHERE {name}.id = filled.id AND {name}.{reference} IS NULL"
                 );
-                to.write(
-                    Durability::ProcessDeath,
-                    operation!(|conn| {
-                        let update = pairs.into_iter().fold(query(sql), |q, value| q.bind(value));
-                        update.execute(conn).await
-                    }),
-                )
+                to.write(operation!(|conn| {
+                    let update = pairs.into_iter().fold(query(sql), Query::bind);
+                    update.execute(conn).await
+                }))
                 .await?;
             }
         }
         Ok(())
     }
 
-    /// Hashes all rows in the order of their keys. Also returns the number of texts with U+0000.
-    async fn digest(&self, conn: &mut Conn) -> Result<(Digest, u64)> {
+    /// Hashes rows in the order of their keys. Also returns the number of texts with U+0000.
+    async fn digest(&self, conn: &mut Conn, of: Rows<'_>) -> Result<(Digest, u64)> {
         let mut hasher = blake3::Hasher::new();
         let (mut count, mut changed) = (0, 0);
         let mut last: Option<Vec<Value>> = None;
+        let until = match of {
+            Rows::All => None,
+            Rows::CopiedUpTo(key) => Some(key),
+        };
         loop {
-            let rows = self.read(conn, last.as_deref(), self.batch).await?;
+            let rows = self.read(conn, last.as_deref(), until, self.batch).await?;
             let Some(end) = rows.last() else { break };
             last = Some(end[..self.keys].to_vec());
             count += rows.len() as u64;
-            for mut value in rows.into_iter().flatten() {
-                changed += u64::from(has_nul(&value));
-                without_nul(&mut value);
-                hash(&mut hasher, &value);
+            for mut row in rows {
+                if until.is_some() {
+                    self.later.iter().for_each(|column| row[*column] = Value::Bytes(None));
+                }
+                for value in &mut row {
+                    changed += u64::from(has_nul(value));
+                    without_nul(value);
+                    hash(&mut hasher, value);
+                }
             }
         }
         Ok((Digest { rows: count, hash: hasher.finalize() }, changed))

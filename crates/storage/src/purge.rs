@@ -25,9 +25,11 @@ const GENERATIONS_MAX: u32 = 1024;
 /// reference. They are dropped with the connection.
 const CREATE: [&str; 2] = [
     "CREATE TEMP TABLE IF NOT EXISTS purged_generation
-         (id /*sqlite*/ BLOB /*end*/ /*pg: BYTEA*/ NOT NULL PRIMARY KEY) /*sqlite*/ STRICT /*end*/",
+         (id /*sqlite*/ BLOB /*end*/ /*pg: BYTEA*/ NOT NULL PRIMARY KEY)
+         /*sqlite*/ STRICT /*end*/ /*pg: ON COMMIT DELETE ROWS*/",
     "CREATE TEMP TABLE IF NOT EXISTS purge_candidate
-         (hash /*sqlite*/ BLOB /*end*/ /*pg: BYTEA*/ NOT NULL PRIMARY KEY) /*sqlite*/ STRICT /*end*/",
+         (hash /*sqlite*/ BLOB /*end*/ /*pg: BYTEA*/ NOT NULL PRIMARY KEY)
+         /*sqlite*/ STRICT /*end*/ /*pg: ON COMMIT DELETE ROWS*/",
 ];
 const CLEAR: [&str; 2] = ["DELETE FROM purged_generation", "DELETE FROM purge_candidate"];
 const CHOOSE_GENERATIONS: &str = "INSERT INTO purged_generation
@@ -96,12 +98,14 @@ impl Store {
             }
             pace.adapt(slice.elapsed);
         }
-        self.write(operation!(|conn| {
-            // Generations that were born in the meantime.
-            while remove_slice(conn, id, GENERATIONS).await?.generations > 0 {}
-            let done = query(REMOVE_LINEAGE).bind(id.key()).execute(conn).await?;
-            changed(done, StorageError::NotFound)
-        }))
+        self.write_when_free(|| {
+            operation!(|conn| {
+                // Generations that were born in the meantime.
+                while remove_slice(conn, id, GENERATIONS).await?.generations > 0 {}
+                let done = query(REMOVE_LINEAGE).bind(id.key()).execute(conn).await?;
+                changed(done, StorageError::NotFound)
+            })
+        })
         .await
     }
 }

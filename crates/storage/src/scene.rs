@@ -6,7 +6,7 @@ use brood_protocol::SceneId;
 
 use crate::column::Key;
 use crate::error::{Result, changed};
-use crate::sql::query;
+use crate::sql::{GenomeUse, query};
 use crate::write::operation;
 use crate::{StorageError, Store};
 
@@ -28,6 +28,7 @@ impl Store {
         // Sorted, so that two transactions with the same genomes cannot wait for each other.
         materials.sort_unstable();
         self.write(operation!(|conn| {
+            conn.lock_genomes(GenomeUse::Birth).await?;
             for material in &materials {
                 let keep = query("UPDATE genome SET kept = TRUE WHERE hash = ?");
                 let done = keep.bind(material.key()).execute(conn).await?;

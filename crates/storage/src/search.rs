@@ -185,7 +185,8 @@ impl Store {
         now_ms: i64,
     ) -> Result<Result<StoredSearch, SearchState>> {
         self.write(operation!(|conn| {
-            let present = fetch(conn, id).await?;
+            let present = select::<StoredSearch>("FROM search WHERE id = ? /*pg: FOR UPDATE*/");
+            let present = StoredSearch::read(&present.bind(id.key()).fetch_one(conn).await?)?;
             let (to, from) = change.transition();
             if !from.contains(&present.state) {
                 return Ok(Err(present.state));
@@ -319,7 +320,7 @@ async fn insert(conn: &mut Conn, new: NewSearch, max_queued: u32) -> Result<()> 
         "INSERT INTO search (id, target_id, target_kind, target_hash, lineage_id, state, epoch,
              turn, deaths, generation, evaluations, seconds, created_ms, options_json, start)
          SELECT ?1, id, kind, file_hash, ?2, 'queued', 0, {NEXT_TURN}, 0, 0, 0, 0.0, ?3, ?4, ?5
-         FROM target WHERE id = ?6"
+         FROM target WHERE id = ?6 /*pg: FOR KEY SHARE*/"
     );
     let done = query(sql)
         .bind(new.id.key())

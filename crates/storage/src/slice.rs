@@ -52,6 +52,20 @@ impl Store {
             }
         }
     }
+
+    /// As [`Store::write_slice`], and durable when this returns.
+    pub(crate) async fn write_when_free<T, F>(&self, operation: impl Fn() -> F) -> Result<T>
+    where
+        T: Send + 'static,
+        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
+    {
+        loop {
+            match self.write(operation()).await {
+                Err(StorageError::Busy) => tokio::time::sleep(SLICE).await,
+                written => return written,
+            }
+        }
+    }
 }
 
 #[cfg(test)]

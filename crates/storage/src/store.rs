@@ -2,13 +2,14 @@
 //! engine. The methods for each kind of record are in the other modules.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use crate::StorageError;
 use crate::address::DatabaseAddress;
 use crate::engine::Engine;
 use crate::engine::postgres::Postgres;
 use crate::engine::sqlite::Sqlite;
+use crate::engine::sqlite::lock::DirectoryLock;
 use crate::error::Result;
 use crate::sql::{Conn, query};
 use crate::write::{CommitTimes, Durability, WriteFuture};
@@ -17,6 +18,9 @@ use crate::write::{CommitTimes, Durability, WriteFuture};
 #[derive(Debug, Clone)]
 pub struct Store {
     engine: Arc<Engine>,
+    /// Lock of the data directory beside a PostgreSQL database; `None` after [`Store::close`].
+    /// SQLite's writer has its own.
+    lock: Arc<Mutex<Option<DirectoryLock>>>,
 }
 
 /// Declares [`StoreCounts`]: fields with their tables.
@@ -120,15 +124,17 @@ impl Store {
         }
     }
 
-    /// Connects to a PostgreSQL database, creates what is missing in it, and locks it against other
-    /// servers.
+    /// Connects to a PostgreSQL database, creates what is missing in it, and locks it and the data
+    /// directory of pictures and exports against other servers.
     ///
     /// # Errors
-    /// Returns [`StorageError::Locked`] if another server uses the database,
+    /// Returns [`StorageError::Locked`] if another server uses one of them,
     /// [`StorageError::Unreachable`] if there is no connection, [`StorageError::Unsupported`] if
     /// the address, the server, one of its settings or the schema is not supported.
-    pub async fn connect(address: &DatabaseAddress) -> Result<Self> {
-        Ok(Self::of(Engine::Postgres(Postgres::connect(address, true).await?)))
+    pub async fn connect(address: &DatabaseAddress, data: &Path) -> Result<Self> {
+        let lock = DirectoryLock::take(data)?;
+        let store = Self::of(Engine::Postgres(Postgres::connect(address, true).await?));
+        Ok(Self { lock: Arc::new(Mutex::new(Some(lock))), ..store })
     }
 
     /// As [`Store::connect`], also while a server uses the database, for a short command.
@@ -140,7 +146,7 @@ impl Store {
     }
 
     fn of(engine: Engine) -> Self {
-        Self { engine: Arc::new(engine) }
+        Self { engine: Arc::new(engine), lock: Arc::default() }
     }
 
     /// True if the last process did not call [`Store::close`] and the check has not passed yet.
@@ -213,6 +219,7 @@ impl Store {
             Engine::Sqlite(engine) => engine.close().await,
             Engine::Postgres(engine) => {
                 engine.close().await;
+                drop(self.lock.lock().expect("no code panics while holding this lock").take());
                 Ok(())
             }
         }
@@ -286,7 +293,8 @@ impl Store {
     {
         match &*self.engine {
             Engine::Sqlite(engine) => engine.writer.write(durability, operation).await,
-            Engine::Postgres(engine) => engine.write(durability, operation).await,
+            // Its log is flushed once for all commits that wait.
+            Engine::Postgres(engine) => engine.write(operation).await,
         }
     }
 }

@@ -121,6 +121,9 @@ impl Store {
     /// unfinished search uses it.
     pub async fn delete_target(&self, id: TargetId) -> Result<()> {
         self.write(operation!(|conn| {
+            // No search with it is made meanwhile.
+            let lock = query("SELECT id FROM target WHERE id = ? /*pg: FOR UPDATE*/");
+            lock.bind(id.key()).fetch_one(conn).await?;
             let used: i64 = query(
                 "SELECT count(*) FROM search
                  WHERE target_id = ? AND state IN ('queued', 'running', 'paused')",

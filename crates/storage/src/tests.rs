@@ -30,11 +30,11 @@ use crate::{
     StorageError, Store, StoredGeneration, StoredGenome,
 };
 
-/// Place of a store: a data directory, or a schema of the PostgreSQL database that
+/// Place of a store: a data directory, or one beside a schema of the PostgreSQL database that
 /// `BROOD_TEST_DATABASE` names.
 enum Place {
     Directory(TempDir),
-    Schema(DatabaseAddress),
+    Schema(DatabaseAddress, TempDir),
 }
 
 impl Place {
@@ -49,13 +49,13 @@ impl Place {
         conn.close().await.unwrap();
         let sign = if address.contains('?') { '&' } else { '?' };
         let address = format!("{address}{sign}options[search_path]={schema}");
-        Self::Schema(address.parse().unwrap())
+        Self::Schema(address.into(), tempfile::tempdir().unwrap())
     }
 
     async fn open(&self) -> Store {
         match self {
             Self::Directory(dir) => Store::open(dir.path()).await.unwrap(),
-            Self::Schema(address) => Store::connect(address).await.unwrap(),
+            Self::Schema(address, data) => Store::connect(address, data.path()).await.unwrap(),
         }
     }
 }

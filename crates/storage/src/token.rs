@@ -4,7 +4,7 @@
 use crate::column::columns;
 use crate::error::{Result, changed, unique_conflict};
 use crate::row::{Record, record, select};
-use crate::sql::query;
+use crate::sql::{Conn, query};
 use crate::write::operation;
 use crate::{StorageError, Store};
 
@@ -112,6 +112,7 @@ impl Store {
     pub async fn revoke_token(&self, name: &str, now_ms: i64) -> Result<bool> {
         let name = name.to_owned();
         self.write(operation!(|conn| {
+            lock(conn).await?;
             let delete = query("DELETE FROM token WHERE name = ?").bind(name);
             changed(delete.execute(conn).await?, StorageError::NotFound)?;
             let close =
@@ -127,6 +128,7 @@ impl Store {
     /// Returns [`StorageError::Conflict`] if there is a token.
     pub async fn open_access(&self) -> Result<()> {
         self.write(operation!(|conn| {
+            lock(conn).await?;
             let any = query("SELECT EXISTS (SELECT 1 FROM token)");
             if any.fetch_value(conn).await? {
                 return Err(StorageError::Conflict { what: "there are tokens" });
@@ -164,4 +166,13 @@ impl Store {
         let query = query("SELECT EXISTS (SELECT 1 FROM token)");
         query.fetch_value(&mut self.reader().await?).await
     }
+}
+
+/// Lets no other transaction change the tokens: of two that revoke the last two tokens at the same
+/// time, each would find the other's token.
+async fn lock(conn: &mut Conn) -> Result<()> {
+    if conn.has_other_writers() {
+        query("LOCK TABLE token IN SHARE ROW EXCLUSIVE MODE").execute(conn).await?;
+    }
+    Ok(())
 }

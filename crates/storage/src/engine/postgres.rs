@@ -1,7 +1,7 @@
 //! The engine for several servers: one PostgreSQL database.
 //!
-//! Each write is a transaction of its own connection. A server that is cut off in a transaction
-//! does not hold others up for long: PostgreSQL ends it, see `LIMITS`.
+//! Each write is a transaction of its own connection. PostgreSQL ends the transaction of a lost
+//! server after 3 s, see `LIMITS`.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -16,7 +16,7 @@ use crate::StorageError;
 use crate::address::DatabaseAddress;
 use crate::error::{Result, postgres_error};
 use crate::sql::{Conn, Held};
-use crate::write::{CommitTimes, Durability, WriteFuture};
+use crate::write::{CommitTimes, WriteFuture};
 
 /// Oldest supported PostgreSQL, as `server_version_num` gives it.
 const MIN_VERSION: i32 = 150_000;
@@ -43,6 +43,8 @@ const DURABLE: [(&str, &str); 3] = [
     ("full_page_writes", "SHOW full_page_writes"),
     ("synchronous_commit", "SHOW synchronous_commit"),
 ];
+/// Whatever the default of the database is.
+const BEGIN: &str = "BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE";
 const SNAPSHOT: &str = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY";
 
 static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/postgres");
@@ -72,10 +74,12 @@ impl Postgres {
         let mut conn = options.connect().await.map_err(postgres_error)?;
         let version = assert_version(&mut conn).await?;
         assert_durable(&mut conn).await?;
-        if alone && !take_place(&mut conn).await? {
-            return Err(StorageError::Locked);
+        match take_place(&mut conn).await? {
+            true => migrate(&mut conn).await?,
+            false if alone => return Err(StorageError::Locked),
+            // The server that has the place decides on the schema.
+            false => assert_migrated(&mut conn).await?,
         }
-        migrate(&mut conn).await?;
         let place = if alone {
             Some(conn)
         } else {
@@ -116,22 +120,25 @@ impl Postgres {
 
     /// Returns a connection for one read.
     pub async fn reader(&self) -> Result<Conn> {
-        Ok(Conn::Postgres(Held::Pooled(self.pool.acquire().await.map_err(postgres_error)?)))
+        let conn = self.pool.acquire().await.map_err(|error| no_connection(&self.pool, error))?;
+        Ok(Conn::Postgres(Held::Pooled(conn)))
     }
 
     /// Returns a connection for several reads of one consistent state.
     pub async fn snapshot(&self) -> Result<Conn> {
-        let snapshot = self.pool.begin_with(SNAPSHOT).await.map_err(postgres_error)?;
+        let pool = self.pool.clone();
+        // A task of its own: sqlx does not roll back a transaction whose begin was cancelled, and
+        // the connection would return to the pool in it.
+        let begin = tokio::spawn(async move {
+            pool.begin_with(SNAPSHOT).await.map_err(|error| no_connection(&pool, error))
+        });
+        let snapshot = begin.await.unwrap_or(Err(StorageError::Closed))?;
         Ok(Conn::Postgres(Held::Transaction(snapshot)))
     }
 
     /// Runs an operation in a transaction, and returns when it is committed. It is committed even
     /// if the caller does not wait for it.
-    pub async fn write<T, F>(
-        &self,
-        durability: Durability,
-        operation: F,
-    ) -> Result<(T, CommitTimes)>
+    pub async fn write<T, F>(&self, operation: F) -> Result<(T, CommitTimes)>
     where
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
@@ -143,7 +150,8 @@ impl Postgres {
         let pool = self.pool.clone();
         let write = tokio::spawn(async move {
             let enqueued = Instant::now();
-            let transaction = pool.begin_with(begin(durability)).await.map_err(postgres_error)?;
+            let transaction =
+                pool.begin_with(BEGIN).await.map_err(|error| no_connection(&pool, error))?;
             drop(place);
             let started = Instant::now();
             let mut conn = Conn::Postgres(Held::Transaction(transaction));
@@ -172,15 +180,17 @@ async fn take_place(conn: &mut PgConnection) -> Result<bool> {
     sqlx::query_scalar(sql).fetch_one(conn).await.map_err(postgres_error)
 }
 
-fn begin(durability: Durability) -> &'static str {
-    match durability {
-        Durability::PowerLoss => "BEGIN",
-        // The end of this process does not end PostgreSQL, which flushes such a commit soon.
-        Durability::ProcessDeath => "BEGIN; SET LOCAL synchronous_commit = off",
-    }
-}
-
 fn options(address: &DatabaseAddress) -> Result<PgConnectOptions> {
+    if !address.is_of_postgres() {
+        return Err(StorageError::Unsupported(
+            "the address of the database must begin with postgres://".to_owned(),
+        ));
+    }
+    if let Some(name) = address.unknown_parameter() {
+        return Err(StorageError::Unsupported(format!(
+            "the address {address} has the unknown parameter {name:?}"
+        )));
+    }
     let options: PgConnectOptions = address.as_str().parse().map_err(|error: sqlx::Error| {
         let words = match &error {
             sqlx::Error::Configuration(detail) => detail.to_string(),
@@ -226,6 +236,30 @@ async fn show(conn: &mut PgConnection, sql: &'static str) -> Result<String> {
     sqlx::query_scalar(sql).fetch_one(conn).await.map_err(postgres_error)
 }
 
+/// Error for a failure to get a connection from the pool. It also times out if PostgreSQL does not
+/// accept more.
+fn no_connection(pool: &PgPool, error: sqlx::Error) -> StorageError {
+    match error {
+        sqlx::Error::PoolTimedOut if pool.size() < CONNECTIONS => {
+            StorageError::Unreachable(format!("no connection within {} s", WAIT.as_secs()))
+        }
+        error => postgres_error(error),
+    }
+}
+
+fn other_version() -> StorageError {
+    StorageError::Unsupported("the database was written by another version of brood".to_owned())
+}
+
+/// Error if the applied migrations differ from those of this build.
+async fn assert_migrated(conn: &mut PgConnection) -> Result<()> {
+    let sql = "SELECT version, checksum FROM _sqlx_migrations WHERE success ORDER BY version";
+    let applied: Vec<(i64, Vec<u8>)> =
+        sqlx::query_as(sql).fetch_all(conn).await.map_err(postgres_error)?;
+    let known = MIGRATIONS.iter().map(|step| (step.version, step.checksum.to_vec()));
+    if known.eq(applied) { Ok(()) } else { Err(other_version()) }
+}
+
 /// Applies missing migrations, one server at a time. Error if another version of brood has written
 /// the database.
 async fn migrate(conn: &mut PgConnection) -> Result<()> {
@@ -235,9 +269,7 @@ async fn migrate(conn: &mut PgConnection) -> Result<()> {
     match MIGRATIONS.run(conn).await {
         Ok(()) => Ok(()),
         Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => {
-            Err(StorageError::Unsupported(
-                "the database was written by another version of brood".to_owned(),
-            ))
+            Err(other_version())
         }
         Err(MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _)) => {
             match error.as_database_error() {

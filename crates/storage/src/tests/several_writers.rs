@@ -9,7 +9,7 @@ use crate::write::operation;
 
 /// Opens two stores of one new schema; `None` without PostgreSQL.
 async fn two_stores() -> Option<[Store; 2]> {
-    let place @ Place::Schema(address) = &Place::new().await else { return None };
+    let place @ Place::Schema(address, _) = &Place::new().await else { return None };
     Some([place.open().await, Store::connect_shared(address).await.unwrap()])
 }
 
@@ -22,13 +22,18 @@ fn brood(lineage: LineageId, names: impl IntoIterator<Item = String>) -> NewGene
 
 #[tokio::test]
 async fn second_server_is_refused_and_commands_are_not() {
-    let Place::Schema(address) = Place::new().await else { return };
-    let store = Store::connect(&address).await.unwrap();
-    let second = Store::connect(&address).await;
-    assert!(matches!(second, Err(StorageError::Locked)), "{second:?}");
+    let Place::Schema(address, data) = Place::new().await else { return };
+    let store = Store::connect(&address, data.path()).await.unwrap();
+    let other_data = tempfile::tempdir().unwrap();
+    for data in [data.path(), other_data.path()] {
+        let second = Store::connect(&address, data).await;
+        assert!(matches!(second, Err(StorageError::Locked)), "{second:?}");
+    }
+    let on_sqlite = Store::open(data.path()).await;
+    assert!(matches!(on_sqlite, Err(StorageError::Locked)), "{on_sqlite:?}");
     Store::connect_shared(&address).await.unwrap().close().await.unwrap();
     store.close().await.unwrap();
-    Store::connect(&address).await.unwrap();
+    Store::connect(&address, data.path()).await.unwrap();
 }
 
 #[tokio::test]
@@ -167,4 +172,58 @@ async fn rows_of_large_tables_are_estimated() {
     }
     let counts = store.counts().await.unwrap();
     assert_eq!((counts.tokens, counts.lineages), (1_000_000, 0));
+}
+
+#[tokio::test]
+async fn snapshot_that_is_cancelled_leaves_no_transaction() {
+    let Some([store, _]) = two_stores().await else { return };
+    for _ in 0..200 {
+        let mut snapshot = Box::pin(store.snapshot());
+        // Each is given up after its first step, some of them while it begins.
+        let _ = tokio::time::timeout(Duration::from_micros(50), &mut snapshot).await;
+    }
+    for n in 0..40 {
+        let mut conn = store.reader().await.unwrap();
+        let sql = "SELECT current_setting('transaction_read_only')";
+        let read_only: String = query(sql).fetch_value(&mut conn).await.unwrap();
+        assert_eq!(read_only, "off", "{n}");
+        std::mem::forget(conn);
+        if n == 30 {
+            break;
+        }
+    }
+}
+
+#[tokio::test]
+async fn access_stays_closed_when_the_last_tokens_are_revoked_together() {
+    let Some([one, other]) = two_stores().await else { return };
+    for round in 0..10 {
+        for name in ["a", "b"] {
+            let hash = hash(&format!("{name} {round}"));
+            one.create_token(name, crate::Scope::Read, hash, None).await.unwrap();
+        }
+        execute(&one, "DELETE FROM closed").await;
+        let (first, second) = tokio::join!(one.revoke_token("a", 1), other.revoke_token("b", 1));
+        assert!(first.unwrap() != second.unwrap());
+        assert!(one.needs_token().await.unwrap());
+    }
+}
+
+#[tokio::test]
+async fn genome_that_a_scene_keeps_is_not_removed() {
+    let Some([one, other]) = two_stores().await else { return };
+    for round in 0..20 {
+        let removed = lineage(&one).await;
+        let name = format!("kept {round}");
+        one.create_generation(brood(removed, [name.clone()])).await.unwrap();
+        let json = format!("{{\"round\": {round}}}");
+        let materials = [genome(&name)];
+        let (purged, scene) = tokio::join!(
+            one.purge_lineage(removed),
+            other.put_scene(&json, hash(&json), &materials, 1),
+        );
+        purged.unwrap();
+        let is_stored = one.genome(genome(&name)).await.is_ok();
+        assert_eq!(scene.is_ok(), is_stored, "{scene:?}");
+    }
 }
