@@ -77,23 +77,28 @@ impl Server {
         };
         tracing::info!(engine = store.engine_version(), "opened the database");
         let loopback = address.ip().is_loopback();
-        if !loopback && !store.any_token().await? {
+        let failed = |error| match &config.database {
+            Some(_) => ServerError::Database(error),
+            None => ServerError::Storage(error),
+        };
+        if !loopback && !store.any_token().await.map_err(failed)? {
             store.close().await?;
             return Err(ServerError::NoToken(config.listen));
         }
-        let requeued = unless_full(store.requeue_all_searches().await)?;
+        let requeued = unless_full(store.requeue_all_searches().await).map_err(failed)?;
         if requeued > 0 {
             tracing::info!(
                 requeued,
                 "requeued searches of the last run; they continue from their checkpoints"
             );
         }
-        let requeued = unless_full(store.requeue_all_exports().await)?;
+        let requeued = unless_full(store.requeue_all_exports().await).map_err(failed)?;
         if requeued > 0 {
             tracing::info!(requeued, "requeued exports of the last run; made files are kept");
         }
-        let unfinished = store.unfinished_lineages().await?;
-        let known = store.exports().await?.into_iter().map(|export| export.id).collect();
+        let unfinished = store.unfinished_lineages().await.map_err(failed)?;
+        let known =
+            store.exports().await.map_err(failed)?.into_iter().map(|export| export.id).collect();
         let root = config.data.join("exports");
         let opened = tokio::task::spawn_blocking(move || ExportFolder::open(root, &known)).await;
         let folder = opened.map_err(std::io::Error::other).and_then(|folder| folder);

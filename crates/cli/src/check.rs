@@ -23,7 +23,7 @@ pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
         Some(_) => place::data_dir(args.place.data.as_ref())?,
         None => args.place.database_dir()?,
     };
-    let spinner = output::spinner("checking pages and references");
+    let spinner = output::spinner("checking the database");
     let checked = place::runtime()?.block_on(async {
         let store = args.place.open_shared().await?;
         let checked = store.check(|genomes| spinner.set_message(format!("genomes: {genomes}")));

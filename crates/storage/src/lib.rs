@@ -1,13 +1,12 @@
-//! SQLite store of the server: lineages, generations, individuals, genomes, scenes, meshes, picture
-//! keys, search targets, searches, exports, idempotency records and tokens.
+//! Store of the server, on SQLite or PostgreSQL: lineages, generations, individuals, genomes,
+//! scenes, meshes, picture keys, search targets, searches, exports, idempotency records and tokens.
 //!
-//! All SQL is in this crate. [`Store`] owns the write connection with its group commits, a pool of
-//! read connections, and the lock of the data directory. It does not depend on routes, status codes
-//! or evaluators.
+//! All SQL is in this crate. [`Store`] has an engine with its connections, and the lock of the data
+//! directory. It does not depend on routes, status codes or evaluators.
 //!
-//! Durability: when a write returns, its transaction is on disk (WAL, `synchronous=FULL`), together
-//! with the other writes of its group commit. Steps of searches, exports, imports and removals
-//! survive the end of the process only; the write that ends them makes all of them durable.
+//! Durability: when a write returns, its transaction is on disk. SQLite commits waiting writes
+//! together (WAL, `synchronous=FULL`); there, steps of searches, exports, imports and removals
+//! survive the end of the process only, and the write that ends them makes all of them durable.
 //!
 //! ```
 //! # let runtime = tokio::runtime::Runtime::new().unwrap();

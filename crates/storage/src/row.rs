@@ -96,7 +96,7 @@ macro_rules! values {
 }
 pub(crate) use values;
 
-/// Converts a count or version to SQLite's signed integer. A value that does not fit was never
+/// Converts a count or version to the engines' signed integer. A value that does not fit was never
 /// stored and matches no row.
 pub(crate) fn signed(value: u64) -> i64 {
     i64::try_from(value).unwrap_or(i64::MAX)

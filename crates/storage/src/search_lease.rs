@@ -253,7 +253,7 @@ async fn log(conn: &mut Conn, step: &SearchStep) -> Result<()> {
     .await
 }
 
-/// Returns `None` for an infinite error, which neither SQLite nor JSON can represent. Errors are
+/// Returns `None` for an infinite error, which SQLite and JSON cannot represent. Errors are
 /// infinite before the first candidate.
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)

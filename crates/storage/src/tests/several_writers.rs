@@ -175,26 +175,6 @@ async fn rows_of_large_tables_are_estimated() {
 }
 
 #[tokio::test]
-async fn snapshot_that_is_cancelled_leaves_no_transaction() {
-    let Some([store, _]) = two_stores().await else { return };
-    for _ in 0..200 {
-        let mut snapshot = Box::pin(store.snapshot());
-        // Each is given up after its first step, some of them while it begins.
-        let _ = tokio::time::timeout(Duration::from_micros(50), &mut snapshot).await;
-    }
-    for n in 0..40 {
-        let mut conn = store.reader().await.unwrap();
-        let sql = "SELECT current_setting('transaction_read_only')";
-        let read_only: String = query(sql).fetch_value(&mut conn).await.unwrap();
-        assert_eq!(read_only, "off", "{n}");
-        std::mem::forget(conn);
-        if n == 30 {
-            break;
-        }
-    }
-}
-
-#[tokio::test]
 async fn access_stays_closed_when_the_last_tokens_are_revoked_together() {
     let Some([one, other]) = two_stores().await else { return };
     for round in 0..10 {
