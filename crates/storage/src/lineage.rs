@@ -72,8 +72,8 @@ impl LineageFilter {
         Self { hidden, words }
     }
 
-    /// Returns the longest word that an engine can look for, as a pattern of LIKE: SQLite folds only
-    /// the case of ASCII letters, and tags are JSON.
+    /// Returns the longest word that an engine can look for, as a pattern of LIKE: SQLite folds the
+    /// case of ASCII letters only, and tags are JSON.
     fn pattern(&self) -> Option<String> {
         let is_plain = |word: &&String| word.bytes().all(|byte| byte.is_ascii_alphanumeric());
         let longest = self.words.iter().filter(is_plain).max_by_key(|word| word.len());
