@@ -17,7 +17,7 @@ use crate::genome::Bases;
 use crate::lineage;
 use crate::slice::Pace;
 use crate::sql::{Conn, GenomeUse, query};
-use crate::write::operation;
+use crate::write::{Durability, operation};
 use crate::{
     Idempotency, NewGeneration, NewGenome, StorageError, Store, generation, genome, idempotency,
 };
@@ -75,7 +75,7 @@ impl Store {
             let slice = generations_of(&new.generations, start, pace.size());
             start = slice.end;
             pace.adapt(
-                self.write_slice(|| {
+                self.write_slice(Durability::ProcessDeath, || {
                     let (new, slice) = (new.clone(), slice.clone());
                     operation!(|conn| insert_generations(conn, &new, slice).await)
                 })
@@ -87,7 +87,7 @@ impl Store {
             let slice = start..new.marks.len().min(start + pace.size() as usize);
             start = slice.end;
             pace.adapt(
-                self.write_slice(|| {
+                self.write_slice(Durability::ProcessDeath, || {
                     let (new, slice) = (new.clone(), slice.clone());
                     operation!(|conn| insert_marks(conn, &new.marks[slice]).await)
                 })

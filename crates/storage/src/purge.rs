@@ -14,7 +14,7 @@ use crate::column::Key;
 use crate::error::{Result, changed};
 use crate::slice::Pace;
 use crate::sql::{Conn, GenomeUse, query};
-use crate::write::operation;
+use crate::write::{Durability, operation};
 use crate::{StorageError, Store, genome, lineage};
 
 /// Number of generations in the first transaction, and the most.
@@ -91,14 +91,17 @@ impl Store {
         loop {
             let count = pace.size();
             // The last write makes all of them durable.
-            let slice =
-                self.write_slice(|| operation!(|conn| remove_slice(conn, id, count).await)).await?;
+            let slice = self
+                .write_slice(Durability::ProcessDeath, || {
+                    operation!(|conn| remove_slice(conn, id, count).await)
+                })
+                .await?;
             if slice.generations < u64::from(count) {
                 break;
             }
             pace.adapt(slice.elapsed);
         }
-        self.write_when_free(|| {
+        self.write_slice(Durability::PowerLoss, || {
             operation!(|conn| {
                 // Generations that were born in the meantime.
                 while remove_slice(conn, id, GENERATIONS).await?.generations > 0 {}

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::error::Result;
 use crate::sql::Conn;
-use crate::write::WriteFuture;
+use crate::write::{Durability, WriteFuture};
 use crate::{StorageError, Store};
 
 /// Time that the statements of a transaction take.
@@ -38,31 +38,21 @@ impl Pace {
 }
 
 impl Store {
-    /// Writes one slice; waits while there are too many other writes. A later durable write makes
-    /// it durable.
-    pub(crate) async fn write_slice<T, F>(&self, operation: impl Fn() -> F) -> Result<T>
+    /// Writes one slice; waits while there are too many other writes. The last one must be durable
+    /// against power loss, which makes the others durable too.
+    pub(crate) async fn write_slice<T, F>(
+        &self,
+        durability: Durability,
+        operation: impl Fn() -> F,
+    ) -> Result<T>
     where
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
         loop {
-            match self.write_relaxed(operation()).await {
+            match self.write_as(durability, operation()).await {
                 Err(StorageError::Busy) => tokio::time::sleep(SLICE).await,
-                written => return written,
-            }
-        }
-    }
-
-    /// As [`Store::write_slice`], and durable when this returns.
-    pub(crate) async fn write_when_free<T, F>(&self, operation: impl Fn() -> F) -> Result<T>
-    where
-        T: Send + 'static,
-        F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
-    {
-        loop {
-            match self.write(operation()).await {
-                Err(StorageError::Busy) => tokio::time::sleep(SLICE).await,
-                written => return written,
+                written => return Ok(written?.0),
             }
         }
     }

@@ -286,7 +286,12 @@ impl Store {
         Ok(self.write_as(Durability::ProcessDeath, operation).await?.0)
     }
 
-    async fn write_as<T, F>(&self, durability: Durability, operation: F) -> Result<(T, CommitTimes)>
+    /// Runs a write, and returns the times of its commit.
+    pub(crate) async fn write_as<T, F>(
+        &self,
+        durability: Durability,
+        operation: F,
+    ) -> Result<(T, CommitTimes)>
     where
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,

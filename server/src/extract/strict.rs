@@ -1,5 +1,5 @@
-//! Strictness that serde lacks: duplicate keys, nesting depth, U+0000 in text, and the JSON pointer
-//! of a syntax error.
+//! Checks that serde lacks: duplicate keys, nesting depth and U+0000 in text. Errors have a JSON
+//! pointer.
 //!
 //! Walks the document once before it is parsed into a type. serde_json's own depth limit of 128 is
 //! fixed, and serde reports duplicate keys of structs only, not of maps.

@@ -1,4 +1,4 @@
-//! The engine for several servers: one PostgreSQL database.
+//! The engine on a PostgreSQL server.
 //!
 //! Each write is a transaction of its own connection. PostgreSQL ends the transaction of a lost
 //! server after 3 s, see `LIMITS`.
@@ -27,8 +27,8 @@ const WAIT: Duration = Duration::from_secs(5);
 const WAITING_WRITES: usize = 256;
 /// A connection that was idle for this long is checked before it is used.
 const IDLE: Duration = Duration::from_secs(1);
-/// Limits of a session. A transaction of a server that was cut off ends with the first; it holds
-/// the locks of its lineage until then.
+/// Limits of a session. The first ends the transaction of a lost server, which holds the lock of a
+/// lineage until then.
 const LIMITS: [(&str, &str); 6] = [
     ("idle_in_transaction_session_timeout", "3s"),
     ("lock_timeout", "5s"),
@@ -43,7 +43,7 @@ const DURABLE: [(&str, &str); 3] = [
     ("full_page_writes", "SHOW full_page_writes"),
     ("synchronous_commit", "SHOW synchronous_commit"),
 ];
-/// Whatever the default of the database is.
+/// Names the isolation level, since databases may have another default.
 const BEGIN: &str = "BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE";
 const SNAPSHOT: &str = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY";
 
@@ -53,10 +53,9 @@ static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/po
 #[derive(Debug)]
 pub(crate) struct Postgres {
     pool: PgPool,
-    /// Connection that keeps the place of the one server; `None` for a command, and after
-    /// [`Postgres::close`]. It guards against a second server that is started by mistake, and
-    /// against nothing else: the place is free again if PostgreSQL restarts.
-    place: Mutex<Option<PgConnection>>,
+    /// Connection with the lock against a second server; `None` for a command, and after
+    /// [`Postgres::close`]. A restart of PostgreSQL releases the lock.
+    server_lock: Mutex<Option<PgConnection>>,
     /// Version of the server.
     pub version: String,
     waiting: Arc<Semaphore>,
@@ -65,7 +64,8 @@ pub(crate) struct Postgres {
 }
 
 impl Postgres {
-    /// Connects to a database, checks it and brings it up to date.
+    /// Connects to a database and checks it. Creates and upgrades its tables unless a server has
+    /// locked it. `alone` keeps the lock for a server.
     ///
     /// # Errors
     /// As [`Store::connect`](crate::Store::connect).
@@ -74,13 +74,13 @@ impl Postgres {
         let mut conn = options.connect().await.map_err(postgres_error)?;
         let version = assert_version(&mut conn).await?;
         assert_durable(&mut conn).await?;
-        match take_place(&mut conn).await? {
+        match lock_for_server(&mut conn).await? {
             true => migrate(&mut conn).await?,
             false if alone => return Err(StorageError::Locked),
-            // The server that has the place decides on the schema.
+            // The server with the lock decides on the schema.
             false => assert_migrated(&mut conn).await?,
         }
-        let place = if alone {
+        let server_lock = if alone {
             Some(conn)
         } else {
             conn.close().await.map_err(postgres_error)?;
@@ -98,8 +98,8 @@ impl Postgres {
             })
             .connect_lazy_with(options);
         let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
-        let place = Mutex::new(place);
-        Ok(Self { pool, place, version, waiting, refused: AtomicU64::new(0) })
+        let server_lock = Mutex::new(server_lock);
+        Ok(Self { pool, server_lock, version, waiting, refused: AtomicU64::new(0) })
     }
 
     /// Number of writes refused since the start.
@@ -110,11 +110,12 @@ impl Postgres {
     /// Closes all connections.
     pub async fn close(&self) {
         self.pool.close().await;
-        let place = self.place.lock().expect("no code panics while holding this lock").take();
-        if let Some(conn) = place
+        let locking =
+            self.server_lock.lock().expect("no code panics while holding this lock").take();
+        if let Some(conn) = locking
             && let Err(error) = conn.close().await
         {
-            tracing::debug!(%error, "cannot close the connection that keeps the place");
+            tracing::debug!(%error, "cannot close the connection with the lock");
         }
     }
 
@@ -127,8 +128,8 @@ impl Postgres {
     /// Returns a connection for several reads of one consistent state.
     pub async fn snapshot(&self) -> Result<Conn> {
         let pool = self.pool.clone();
-        // A task of its own: sqlx does not roll back a transaction whose begin was cancelled, and
-        // the connection would return to the pool in it.
+        // A task cannot be cancelled. sqlx does not roll back a transaction whose BEGIN was
+        // cancelled: the connection would return to the pool inside it.
         let begin = tokio::spawn(async move {
             pool.begin_with(SNAPSHOT).await.map_err(|error| no_connection(&pool, error))
         });
@@ -143,7 +144,7 @@ impl Postgres {
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
-        let Ok(place) = self.waiting.clone().try_acquire_owned() else {
+        let Ok(permit) = self.waiting.clone().try_acquire_owned() else {
             self.refused.fetch_add(1, Ordering::Relaxed);
             return Err(StorageError::Busy);
         };
@@ -152,7 +153,7 @@ impl Postgres {
             let enqueued = Instant::now();
             let transaction =
                 pool.begin_with(BEGIN).await.map_err(|error| no_connection(&pool, error))?;
-            drop(place);
+            drop(permit);
             let started = Instant::now();
             let mut conn = Conn::Postgres(Held::Transaction(transaction));
             let result = operation(&mut conn).await;
@@ -174,8 +175,8 @@ impl Postgres {
     }
 }
 
-/// Takes the place of the one server of a schema. Returns false if another has it.
-async fn take_place(conn: &mut PgConnection) -> Result<bool> {
+/// Locks the schema against other servers. Returns false if another has the lock.
+async fn lock_for_server(conn: &mut PgConnection) -> Result<bool> {
     let sql = "SELECT pg_try_advisory_lock(hashtext('brood'), hashtext(current_schema()))";
     sqlx::query_scalar(sql).fetch_one(conn).await.map_err(postgres_error)
 }
