@@ -1,7 +1,7 @@
 //! Statements, connections and rows, the same for every engine. Independent of tables.
 //!
 //! A statement is one text for all engines, with `?` or `?1` for its values; `dialect` says how the
-//! engines read it. The tables' modules use nothing of sqlx but what is here.
+//! engines read it. The tables' modules use sqlx through this file only.
 
 mod dialect;
 

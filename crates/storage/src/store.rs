@@ -26,7 +26,7 @@ pub struct Store {
 /// Declares [`StoreCounts`]: fields with their tables.
 macro_rules! counts {
     ($($(#[$doc:meta])* $field:ident = $table:literal,)+) => {
-        /// Number of rows by table. PostgreSQL's are estimates from [`COUNTED_ROWS`] on.
+        /// Number of rows by table. PostgreSQL's are estimates from 10,000 on.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         pub struct StoreCounts {
             $($(#[$doc])* pub $field: u64,)+
