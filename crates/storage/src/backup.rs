@@ -6,13 +6,13 @@
 
 use std::fs::File;
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use sqlx::sqlite::{SqliteConnectOptions, SqliteJournalMode};
 use sqlx::{ConnectOptions, Connection};
 
-use crate::engine::sqlite::connection;
 use crate::engine::sqlite::lock::keep_private;
+use crate::engine::sqlite::{beside, connection, parts, sync_file};
 use crate::error::Result;
 use crate::{StorageError, Store};
 
@@ -40,7 +40,7 @@ impl Store {
         if result.is_ok() {
             return sync_file(file).map_err(StorageError::Directory);
         }
-        for part in [file.to_owned(), beside(file, "-wal"), beside(file, "-shm")] {
+        for part in parts(file) {
             match std::fs::remove_file(part) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => {
                     tracing::warn!(%error, "cannot remove an incomplete backup");
@@ -83,22 +83,4 @@ async fn complete(file: &Path) -> Result<()> {
     let mut conn = options.journal_mode(SqliteJournalMode::Delete).connect().await?;
     connection::check(&mut conn).await?;
     Ok(conn.close().await?)
-}
-
-/// Path of a file that SQLite keeps beside a database.
-fn beside(database: &Path, suffix: &str) -> PathBuf {
-    let mut path = database.as_os_str().to_owned();
-    path.push(suffix);
-    path.into()
-}
-
-/// Flushes a file and its directory entry to disk.
-fn sync_file(path: &Path) -> io::Result<()> {
-    File::options().write(true).open(path)?.sync_all()?;
-    #[cfg(unix)]
-    if let Some(dir) = path.parent() {
-        let dir = if dir.as_os_str().is_empty() { Path::new(".") } else { dir };
-        File::open(dir)?.sync_all()?;
-    }
-    Ok(())
 }

@@ -198,14 +198,12 @@ impl Opened {
                 "{FILE} is empty; restore a backup, or delete the file to start anew"
             )));
         }
-        let mut conn = connection::writing(&file, true).connect().await?;
-        for name in [FILE.to_owned(), format!("{FILE}-wal"), format!("{FILE}-shm")] {
-            match keep_private(&dir.join(name)) {
-                Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                    return Err(StorageError::Directory(error));
-                }
-                _ => {}
-            }
+        if !file.try_exists().map_err(StorageError::Directory)? {
+            create(dir, &file).await?;
+        }
+        let mut conn = connection::writing(&file, false).connect().await?;
+        for file in parts(&file) {
+            unless_missing(keep_private(&file))?;
         }
         connection::assert_writing(&mut conn).await?;
         let sqlite_version = connection::sqlite_version(&mut conn).await?;
@@ -221,6 +219,56 @@ impl Opened {
     /// Returns [`StorageError::Directory`] if the file cannot be read.
     pub fn bytes(&self) -> Result<u64> {
         Ok(std::fs::metadata(&self.file).map_err(StorageError::Directory)?.len())
+    }
+}
+
+/// Creates a database. It gets its name once it is on the disk as a whole: a power cut leaves no
+/// part of one under that name.
+async fn create(dir: &Path, file: &Path) -> Result<()> {
+    let new = dir.join(format!("{FILE}.new"));
+    // Parts of an attempt that was cut, and the log of a database that was deleted.
+    for rest in parts(&new).into_iter().chain(parts(file)) {
+        unless_missing(std::fs::remove_file(rest))?;
+    }
+    let mut conn = connection::writing(&new, true).connect().await?;
+    keep_private(&new).map_err(StorageError::Directory)?;
+    connection::assert_writing(&mut conn).await?;
+    connection::migrate(&mut conn).await?;
+    // Writes the log back and deletes it.
+    conn.close().await?;
+    let named = std::fs::rename(&new, file).and_then(|()| sync_file(file));
+    named.map_err(StorageError::Directory)
+}
+
+/// Returns the files of a database: itself, its write-ahead log, and the index of that.
+pub(crate) fn parts(file: &Path) -> [PathBuf; 3] {
+    ["", "-wal", "-shm"].map(|suffix| beside(file, suffix))
+}
+
+/// Path of a file that SQLite keeps beside a database.
+pub(crate) fn beside(database: &Path, suffix: &str) -> PathBuf {
+    let mut path = database.as_os_str().to_owned();
+    path.push(suffix);
+    path.into()
+}
+
+/// Flushes a file and its directory entry to disk.
+pub(crate) fn sync_file(path: &Path) -> std::io::Result<()> {
+    File::options().write(true).open(path)?.sync_all()?;
+    #[cfg(unix)]
+    if let Some(dir) = path.parent() {
+        let dir = if dir.as_os_str().is_empty() { Path::new(".") } else { dir };
+        File::open(dir)?.sync_all()?;
+    }
+    Ok(())
+}
+
+fn unless_missing(done: std::io::Result<()>) -> Result<()> {
+    match done {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(StorageError::Directory(error))
+        }
+        _ => Ok(()),
     }
 }
 

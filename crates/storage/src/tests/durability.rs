@@ -366,3 +366,24 @@ async fn files_are_closed_to_other_users_whatever_the_directory_is() {
         assert_eq!(mode & 0o777, 0o600, "{name}");
     }
 }
+
+#[tokio::test]
+async fn database_whose_creation_was_cut_is_created_again() {
+    let (dir, store) = open_directory().await;
+    lineage(&store).await;
+    let log = std::fs::read(dir.path().join("brood.db-wal")).unwrap();
+    assert!(!log.is_empty());
+    drop(store);
+    for rest in ["brood.db.new", "brood.db.new-wal", "brood.db.new-shm", "brood.db-wal"] {
+        let dir = tempfile::tempdir().unwrap();
+        // Neither a part of a new database nor the log of a deleted one is read.
+        std::fs::write(dir.path().join(rest), &log).unwrap();
+        let store = Store::open(dir.path()).await.unwrap();
+        assert_eq!(store.counts().await.unwrap().lineages, 0, "{rest}");
+        lineage(&store).await;
+        store.close().await.unwrap();
+        assert!(!dir.path().join("brood.db.new").exists());
+        let store = Store::open(dir.path()).await.unwrap();
+        assert_eq!(store.counts().await.unwrap().lineages, 1, "{rest}");
+    }
+}
