@@ -387,3 +387,14 @@ async fn database_whose_creation_was_cut_is_created_again() {
         assert_eq!(store.counts().await.unwrap().lineages, 1, "{rest}");
     }
 }
+
+#[cfg(unix)]
+#[tokio::test]
+async fn link_to_a_missing_database_is_refused_and_kept() {
+    let (dir, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    let link = dir.path().join("brood.db");
+    std::os::unix::fs::symlink(other.path().join("brood.db"), &link).unwrap();
+    let error = Store::open(dir.path()).await.unwrap_err().to_string();
+    assert!(error.contains("brood.db is a link to a missing file"), "{error}");
+    assert!(link.is_symlink());
+}
