@@ -63,8 +63,8 @@ async fn no_acknowledged_generation_is_lost_when_the_power_is_cut() {
     let first = first.expect("the lineage is in the trace") as u64;
     let (rounds, mut next, mut kept) = (rounds(), draw(1), 0);
     for round in 0..rounds {
-        // The last round cuts at the end: nothing acknowledged may be missing. One of five cuts
-        // while the data directory is made.
+        // The last round cuts at the end: nothing acknowledged may be missing. Every fifth round
+        // cuts during the first start, while the database is created.
         let records = match (round + 1 == rounds, round % 5) {
             (true, _) => trace.len(),
             (false, 0) => next(first) as usize,

@@ -222,17 +222,17 @@ impl Opened {
     }
 }
 
-/// Creates a database. It gets its name once it is on the disk as a whole: a power cut leaves no
-/// part of one under that name.
+/// Creates a database under another name and renames it once it is on the disk, so that a power cut
+/// leaves a whole database or none.
 async fn create(dir: &Path, file: &Path) -> Result<()> {
-    // Its disk may not be mounted.
+    // The disk of the database may not be mounted.
     if file.is_symlink() {
         return Err(StorageError::Unsupported(format!(
             "{FILE} is a link to a missing file; mount its disk, or remove the link to start anew"
         )));
     }
     let new = dir.join(format!("{FILE}.new"));
-    // Parts of an attempt that was cut, and the log of a database that was deleted.
+    // Files of an interrupted creation, and the log of a deleted database.
     for rest in parts(&new).into_iter().chain(parts(file)) {
         unless_missing(std::fs::remove_file(rest))?;
     }
