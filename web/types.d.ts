@@ -2080,8 +2080,9 @@ export interface components {
             /** @description Lineage of the results. */
             lineage: components["schemas"]["LineageId"];
             /**
-             * @description Hash of the search state. It depends on the samples, the options and the generation alone,
-             *     so it is unchanged by pauses and restarts.
+             * @description Hash of the search state at the last checkpoint, which a worker reports about every ten
+             *     seconds and at the end. It depends on the samples, the options and the generation
+             *     alone, so it is unchanged by pauses and restarts.
              */
             population?: string | null;
             /**

@@ -1,6 +1,7 @@
 //! Event hubs, one per lineage or search that clients listen to, with a bounded history for clients
 //! that reconnect.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
@@ -10,7 +11,10 @@ use brood_storage::StoredIndividual;
 use serde_json::{Value, json};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore, broadcast};
 
+use crate::bus::Peers;
 use crate::limit;
+
+pub use crate::bus::Topic;
 
 /// Events kept per hub, and the most that a listener may lag behind.
 const HUB_EVENTS: usize = 1024;
@@ -20,26 +24,8 @@ const HUB_TTL: Duration = Duration::from_secs(600);
 /// longest is dropped.
 const HUBS: usize = 2 * limit::EVENT_STREAMS;
 
-/// Subject of an event stream.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Topic {
-    /// Events of a lineage.
-    Lineage(LineageId),
-    /// Events of a search.
-    Job(JobId),
-}
-
-impl From<LineageId> for Topic {
-    fn from(id: LineageId) -> Self {
-        Self::Lineage(id)
-    }
-}
-
-impl From<JobId> for Topic {
-    fn from(id: JobId) -> Self {
-        Self::Job(id)
-    }
-}
+/// Type of the event that asks a client to read the state again.
+pub const RESYNC: &str = "resync";
 
 /// Event of a lineage or a search.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -49,7 +35,7 @@ pub struct Event {
     /// Number of the event within the hub.
     pub number: u64,
     /// Event type on the wire.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Event data as JSON.
     pub data: String,
 }
@@ -60,6 +46,8 @@ pub struct Events {
     /// Random id of this process, which invalidates event ids from before a restart.
     process: String,
     hubs: Mutex<Hubs>,
+    /// The other servers, whose clients may listen to the same subjects.
+    peers: Peers,
     stream_permits: Arc<Semaphore>,
 }
 
@@ -92,11 +80,17 @@ pub struct Subscription {
 }
 
 impl Events {
-    /// Creates an empty set of hubs.
-    pub fn new() -> Self {
+    /// Creates an empty set of hubs. Events go to the other servers, too.
+    pub fn new(peers: Peers) -> Self {
         let process = brood_protocol::RequestId::fresh().to_string();
         let stream_permits = Arc::new(Semaphore::new(limit::EVENT_STREAMS));
-        Self { process: process.replace('-', ""), hubs: Mutex::default(), stream_permits }
+        let process = process.replace('-', "");
+        Self { process, hubs: Mutex::default(), peers, stream_permits }
+    }
+
+    /// Returns the sender of messages to the other servers.
+    pub fn peers(&self) -> &Peers {
+        &self.peers
     }
 
     /// Returns a permit for one more open stream; `None` if there are too many.
@@ -170,19 +164,30 @@ impl Events {
         self.lock().by_topic.retain(|_, hub| is_used(hub));
     }
 
-    fn publish(&self, topic: impl Into<Topic>, name: &'static str, data: &Value) {
-        let mut hubs = self.lock();
+    /// Delivers an event of another server to the listeners of this one.
+    pub fn deliver(&self, topic: Topic, name: impl Into<Cow<'static, str>>, data: String) {
         // Without a listener so far, there is none who can have missed it.
-        let Some(hub) = hubs.by_topic.get_mut(&topic.into()) else { return };
-        hub.used = Instant::now();
-        let event = Arc::new(Event { hub: hub.id, number: hub.next, name, data: data.to_string() });
-        hub.next += 1;
-        hub.recent.push_back(event.clone());
-        if hub.recent.len() > HUB_EVENTS {
-            hub.recent.pop_front();
+        if let Some(hub) = self.lock().by_topic.get_mut(&topic) {
+            hub.send(name.into(), data);
         }
-        // Without listeners, sending fails; this is fine.
-        let _ = hub.sender.send(event);
+    }
+
+    /// Asks the listeners of a topic to read its state again.
+    pub fn resync(&self, topic: Topic) {
+        self.deliver(topic, RESYNC, "{}".to_owned());
+    }
+
+    /// Asks all listeners to read the state of their topics again.
+    pub fn resync_all(&self) {
+        for hub in self.lock().by_topic.values_mut() {
+            hub.send(RESYNC.into(), "{}".to_owned());
+        }
+    }
+
+    fn publish(&self, topic: impl Into<Topic>, name: &'static str, data: &Value) {
+        let (topic, data) = (topic.into(), data.to_string());
+        self.peers.tell_event(topic, name, &data);
+        self.deliver(topic, name, data);
     }
 
     fn lock(&self) -> MutexGuard<'_, Hubs> {
@@ -217,6 +222,18 @@ impl Hub {
             used: Instant::now(),
         }
     }
+
+    fn send(&mut self, name: Cow<'static, str>, data: String) {
+        self.used = Instant::now();
+        let event = Arc::new(Event { hub: self.id, number: self.next, name, data });
+        self.next += 1;
+        self.recent.push_back(event.clone());
+        if self.recent.len() > HUB_EVENTS {
+            self.recent.pop_front();
+        }
+        // Without listeners, sending fails; this is fine.
+        let _ = self.sender.send(event);
+    }
 }
 
 #[cfg(test)]
@@ -225,7 +242,7 @@ mod tests {
 
     #[tokio::test]
     async fn listener_gets_missed_events_when_it_reconnects() {
-        let events = Events::new();
+        let events = Events::new(Peers::default());
         let lineage = LineageId::fresh();
         let mut first = events.subscribe(lineage, None);
         let ids: Vec<_> = (0..3).map(|_| GenerationId::fresh()).collect();
@@ -243,7 +260,7 @@ mod tests {
 
     #[test]
     fn subscription_asks_to_resync_when_events_are_lost() {
-        let events = Events::new();
+        let events = Events::new(Peers::default());
         let lineage = LineageId::fresh();
         events.subscribe(lineage, None);
         events.generation(lineage, GenerationId::fresh());
@@ -260,7 +277,7 @@ mod tests {
 
     #[tokio::test]
     async fn subscription_asks_to_resync_when_its_hub_was_dropped() {
-        let events = Events::new();
+        let events = Events::new(Peers::default());
         let lineage = LineageId::fresh();
         let mut first = events.subscribe(lineage, None);
         events.generation(lineage, GenerationId::fresh());
@@ -282,7 +299,7 @@ mod tests {
 
     #[test]
     fn only_lineages_with_listeners_have_hubs_and_their_number_is_bounded() {
-        let events = Events::new();
+        let events = Events::new(Peers::default());
         events.generation(LineageId::fresh(), GenerationId::fresh());
         assert!(events.lock().by_topic.is_empty());
         let kept = LineageId::fresh();
@@ -297,7 +314,7 @@ mod tests {
 
     #[test]
     fn place_is_refused_until_a_stream_ends_when_too_many_are_open() {
-        let events = Events::new();
+        let events = Events::new(Peers::default());
         let mut stream_permits: Vec<_> =
             (0..limit::EVENT_STREAMS).map_while(|_| events.stream_permit()).collect();
         assert_eq!(stream_permits.len(), limit::EVENT_STREAMS);
@@ -308,7 +325,7 @@ mod tests {
 
     #[tokio::test]
     async fn slow_listener_lags_instead_of_blocking() {
-        let events = Events::new();
+        let events = Events::new(Peers::default());
         let lineage = LineageId::fresh();
         let mut slow = events.subscribe(lineage, None).receiver;
         for _ in 0..2 * HUB_EVENTS {

@@ -69,6 +69,17 @@ impl<S: Send + Sync> FromRequestParts<S> for IdempotencyKey {
     }
 }
 
+/// Hash of a request's body.
+#[derive(Debug, Clone, Copy)]
+pub struct BodyHash([u8; 32]);
+
+impl BodyHash {
+    /// Hashes a body.
+    pub fn of(body: &[u8]) -> Self {
+        Self(*blake3::hash(body).as_bytes())
+    }
+}
+
 /// Keys whose first request is still running.
 #[derive(Debug, Clone, Default)]
 pub struct Ledger {
@@ -77,7 +88,7 @@ pub struct Ledger {
 
 /// State of a request's key.
 #[derive(Debug)]
-pub enum Begun {
+enum Begun {
     /// Already done; the stored answer.
     Replay(Value),
     /// Not done yet.
@@ -93,22 +104,51 @@ pub struct Attempt {
 }
 
 impl Ledger {
-    /// Claims the key and looks up an earlier request with this key and body.
+    /// Answers a request once: by `replay` if its key and the `hash` of its body were received
+    /// before, else by `make`, which must store the record of the attempt. If that conflicts with
+    /// the same request at another server, `replay` gets the answer of that one.
     ///
     /// # Errors
-    /// 409 if the first request is still running, 422 if the key was used with another body.
-    pub async fn begin(
+    /// 409 if the first request is still running, 422 if the key was used with another body, and
+    /// those of `make` and `replay`.
+    pub async fn once<T, Made, Replayed>(
         &self,
         store: &Store,
-        key: IdempotencyKey,
-        body: &[u8],
+        (key, hash): (IdempotencyKey, BodyHash),
+        make: impl FnOnce(Attempt) -> Made,
+        replay: impl FnOnce(Value) -> Replayed,
+    ) -> Result<T, ApiError>
+    where
+        Made: Future<Output = Result<T, ApiError>>,
+        Replayed: Future<Output = Result<T, ApiError>>,
+    {
+        let attempt = match self.begin(store, &key, hash).await? {
+            Begun::Replay(answer) => return replay(answer).await,
+            Begun::Fresh(attempt) => attempt,
+        };
+        let error = match make(attempt).await {
+            Err(error) if error.status() == StatusCode::CONFLICT && key.key.is_some() => error,
+            made => return made,
+        };
+        match self.begin(store, &key, hash).await {
+            Ok(Begun::Replay(answer)) => replay(answer).await,
+            Err(other) if other.status() == StatusCode::UNPROCESSABLE_ENTITY => Err(other),
+            _ => Err(error),
+        }
+    }
+
+    /// Claims the key and looks up an earlier request with this key and body.
+    async fn begin(
+        &self,
+        store: &Store,
+        IdempotencyKey { key, route }: &IdempotencyKey,
+        BodyHash(body_hash): BodyHash,
     ) -> Result<Begun, ApiError> {
-        let body_hash = *blake3::hash(body).as_bytes();
-        let Some(name) = key.key else {
+        let Some(name) = key else {
             return Ok(Begun::Fresh(Attempt { ledger: self.clone(), key: None, body_hash }));
         };
-        let attempt = self.claim((name.clone(), key.route.clone()), body_hash)?;
-        match store.lookup_idempotent(&name, &key.route, body_hash).await? {
+        let attempt = self.claim((name.clone(), route.clone()), body_hash)?;
+        match store.lookup_idempotent(name, route, body_hash).await? {
             IdempotencyLookup::Fresh => Ok(Begun::Fresh(attempt)),
             IdempotencyLookup::OtherBody => {
                 Err(ApiError::refused("this Idempotency-Key was already used with another body"))

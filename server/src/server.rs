@@ -5,23 +5,24 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use brood_protocol::{LineageId, PictureKey};
-use brood_storage::{StorageError, Store};
+use brood_storage::{BusLink, LostLeases, StorageError, Store};
 use bytes::Bytes;
 use tokio::net::TcpListener;
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
-use tokio::time::{MissedTickBehavior, interval};
+use tokio::time::{Instant, MissedTickBehavior, interval, timeout};
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::access::Access;
 use crate::breeding::Breeding;
+use crate::bus::Peers;
 use crate::clock::now_ms;
 use crate::config::ServerConfig;
 use crate::deferred::Deferred;
 use crate::dispatch::{
-    Exports, History, Jobs, Lane, LeaseEnd, PictureService, RenderQueue, Searches, Workers,
-    end_leases,
+    Exports, History, JobKind, Jobs, Lane, LeaseTable, PictureService, RenderQueue, Searches,
+    Workers, try_end_leases,
 };
 use crate::error::ServerError;
 use crate::event::Events;
@@ -34,12 +35,19 @@ use crate::open_connections::OpenConnections;
 use crate::picture::{CACHE_FOLDER, Coalescer, DiskCache, PictureCache};
 use crate::processors::Processors;
 use crate::state::{App, AppState};
-use crate::{limit, listen, route};
+use crate::worker_reaper::{WorkerReaper, end_all_leases};
+use crate::{bus, limit, listen, route};
 
-/// Interval of the check for expired leases.
+/// Interval at which waiting workers look for jobs that other servers have queued.
+const JOB_POLL: Duration = Duration::from_secs(2);
+/// Interval of the checks for expired leases and for a disk that failed.
 const LEASE_TICK: Duration = Duration::from_millis(500);
+/// Time without a failure to end leases after which an outage of the store is over.
+const OUTAGE: Duration = Duration::from_secs(30);
 /// Interval of the clean-up of memory.
 const TIDY_TICK: Duration = Duration::from_secs(5);
+/// Interval at which lineages are looked for that another server has left unfinished.
+const LOOK_TICK: Duration = Duration::from_secs(60);
 /// Interval of the clean-up of idempotency records.
 const PRUNE_TICK: Duration = Duration::from_secs(3600);
 /// Age at which an idempotency record is deleted, in milliseconds.
@@ -51,6 +59,15 @@ pub struct Server {
     listener: TcpListener,
     address: SocketAddr,
     writes: mpsc::Receiver<(PictureKey, Bytes)>,
+    /// Connection with the other servers of the database.
+    link: Option<BusLink>,
+    still_leased: StillLeased,
+}
+
+/// Kinds of jobs with leases of the last run that the start could not end.
+struct StillLeased {
+    searches: bool,
+    exports: bool,
 }
 
 impl Server {
@@ -85,18 +102,7 @@ impl Server {
             store.close().await?;
             return Err(ServerError::NoToken(config.listen));
         }
-        let requeued = unless_full(store.requeue_all_searches().await).map_err(failed)?;
-        if requeued > 0 {
-            tracing::info!(
-                requeued,
-                "requeued searches of the last run; they continue from their checkpoints"
-            );
-        }
-        let requeued = unless_full(store.requeue_all_exports().await).map_err(failed)?;
-        if requeued > 0 {
-            tracing::info!(requeued, "requeued exports of the last run; made files are kept");
-        }
-        let unfinished = store.unfinished_lineages().await.map_err(failed)?;
+        let (still_leased, unfinished) = end_last_run(&store).await.map_err(failed)?;
         let known =
             store.exports().await.map_err(failed)?.into_iter().map(|export| export.id).collect();
         let root = config.data.join("exports");
@@ -109,16 +115,19 @@ impl Server {
         let disk = opened.map_err(std::io::Error::other).and_then(|disk| disk);
         let (cache, writes) = PictureCache::new(disk.map_err(ServerError::Cache)?, bytes / 4);
         let (tasks, stopping) = (TaskTracker::new(), CancellationToken::new());
-        tasks.spawn(remove_lineages(store.clone(), unfinished));
         let library = Arc::new(Library::new(store.clone()));
-        let (metrics, events) = (Arc::new(Metrics::new()), Arc::new(Events::new()));
+        let (bus, link) = store.join_bus().await.map_err(failed)?.unzip();
+        let peers = Peers::new(bus);
+        let poll = store.is_shared().then_some(JOB_POLL);
+        let (metrics, events) = (Arc::new(Metrics::new()), Arc::new(Events::new(peers)));
         let (processors, ledger) = (Processors::new(), Ledger::default());
         let pictures = Arc::new(PictureService {
             store: store.clone(),
             library: library.clone(),
             cache,
             batches: Coalescer::new(),
-            jobs: Jobs::new(&tasks, &stopping),
+            jobs: Jobs::new(&tasks, &stopping, None),
+            leases: LeaseTable::default(),
             interactive: Lane::default(),
             batch: Lane::default(),
             queue: RenderQueue::default(),
@@ -135,7 +144,7 @@ impl Server {
         });
         let searches = Arc::new(Searches {
             store: store.clone(),
-            jobs: Jobs::new(&tasks, &stopping),
+            jobs: Jobs::new(&tasks, &stopping, poll),
             lane: Lane::default(),
             breeding: breeding.clone(),
             pictures: pictures.clone(),
@@ -145,7 +154,7 @@ impl Server {
         });
         let exports = Arc::new(Exports {
             store: store.clone(),
-            jobs: Jobs::new(&tasks, &stopping),
+            jobs: Jobs::new(&tasks, &stopping, poll),
             lane: Lane::default(),
             library: library.clone(),
             folder,
@@ -172,10 +181,12 @@ impl Server {
             metrics,
             processors,
             breeding,
+            leaving: CancellationToken::new(),
             stopping,
             tasks,
         });
-        Ok(Self { app, listener, address, writes })
+        app.tasks.spawn(remove_lineages(app.clone(), unfinished));
+        Ok(Self { app, listener, address, writes, link, still_leased })
     }
 
     /// Address with the actual port.
@@ -193,7 +204,14 @@ impl Server {
     /// Returns a handle that requeues the jobs of dead workers, before their leases expire.
     #[must_use]
     pub fn worker_reaper(&self) -> WorkerReaper {
-        WorkerReaper { app: self.app.clone() }
+        WorkerReaper::new(self.app.clone())
+    }
+
+    /// Returns a token to cancel some time before `shutdown`: `/readyz` then answers 503, so that a
+    /// balancer sends no more requests, while the server still serves them.
+    #[must_use]
+    pub fn leaving(&self) -> CancellationToken {
+        self.app.leaving.clone()
     }
 
     /// Returns the state, for tests that serve no requests.
@@ -209,7 +227,7 @@ impl Server {
     /// [`ServerError::Closing`] if a write to the disk has failed, which also ends the server, or
     /// if the store cannot be closed cleanly.
     pub async fn run(self, shutdown: CancellationToken) -> Result<(), ServerError> {
-        let Self { app, listener, writes, .. } = self;
+        let Self { app, listener, writes, link, still_leased, .. } = self;
         let mut background = JoinSet::new();
         let stopping = app.stopping.clone();
         background.spawn(async move {
@@ -217,6 +235,14 @@ impl Server {
             stopping.cancel();
         });
         background.spawn(run_maintenance(app.clone()));
+        // A task for each kind: leases of renders expire while the database does not answer.
+        background.spawn(sweep_leases(app.clone(), app.pictures.clone(), false));
+        background.spawn(sweep_leases(app.clone(), app.searches.clone(), still_leased.searches));
+        background.spawn(sweep_leases(app.clone(), app.exports.clone(), still_leased.exports));
+        let (mut peers, drained) = (JoinSet::new(), CancellationToken::new());
+        if let Some(link) = link {
+            peers.spawn(bus::exchange_messages(app.clone(), link, drained.clone()));
+        }
         let written = CancellationToken::new();
         let writer = tokio::spawn(write_pictures(app.clone(), writes, written.clone()));
         let check = tokio::spawn(check_after_crash(app.clone()));
@@ -226,11 +252,16 @@ impl Server {
         // Needed if the accept loop has ended by itself.
         app.stopping.cancel();
         background.shutdown().await;
-        end_all_leases(&app, LeaseEnd::Shutdown).await;
+        if timeout(limit::DRAIN, end_all_leases(&app, LostLeases::OfProcess)).await.is_err() {
+            tracing::warn!("the store does not answer: leases of this run are not ended");
+        }
         app.tasks.close();
-        if tokio::time::timeout(limit::DRAIN, app.tasks.wait()).await.is_err() {
+        if timeout(limit::DRAIN, app.tasks.wait()).await.is_err() {
             tracing::warn!(tasks = app.tasks.len(), "background tasks did not finish in time");
         }
+        // The end of leases and tasks has messages for the other servers.
+        drained.cancel();
+        while peers.join_next().await.is_some() {}
         written.cancel();
         if let Err(error) = writer.await {
             tracing::warn!(%error, "the picture cache was not written completely");
@@ -248,56 +279,101 @@ impl Server {
     }
 }
 
-/// Returns 0 if the disk is full, so that the server starts and serves reads.
-fn unless_full(requeued: Result<u64, StorageError>) -> Result<u64, StorageError> {
-    match requeued {
-        Err(StorageError::Full) => {
-            tracing::warn!(
-                "the disk is full: jobs of the last run wait for a start with free space"
-            );
-            Ok(0)
+/// Ends the leases of the last run. Returns the kinds whose leases could not be ended, and the
+/// lineages that the last run did not finish to import or to remove.
+async fn end_last_run(store: &Store) -> Result<(StillLeased, Vec<LineageId>), StorageError> {
+    let mut refusal = None;
+    let searches = store.end_search_leases(LostLeases::OfProcess, now_ms()).await;
+    let searches = unless_refused(searches, &mut refusal)?;
+    let exports = store.end_export_leases(LostLeases::OfProcess, now_ms()).await;
+    let exports = unless_refused(exports, &mut refusal)?;
+    let unfinished = store.take_unfinished_lineages(true).await;
+    let unfinished = unless_refused(unfinished, &mut refusal)?;
+    if let Some(error) = refusal {
+        tracing::warn!(%error, "jobs of the last run wait until the store takes writes");
+    }
+    let still_leased = StillLeased { searches: searches.is_none(), exports: exports.is_none() };
+    let searches = searches.map_or(0, |ended| ended.len());
+    let exports = exports.map_or(0, |ended| ended.len());
+    if searches + exports > 0 {
+        tracing::info!(
+            searches,
+            exports,
+            "requeued jobs of the last run; searches continue from their checkpoints, and files \
+             of exports are kept"
+        );
+    }
+    Ok((still_leased, unfinished.unwrap_or_default()))
+}
+
+/// Returns `None`, and keeps the error, if the disk is full or the database does not answer, so
+/// that the server starts and serves reads.
+fn unless_refused<T>(
+    result: Result<T, StorageError>,
+    refusal: &mut Option<StorageError>,
+) -> Result<Option<T>, StorageError> {
+    match result {
+        Err(error @ (StorageError::Full | StorageError::Busy | StorageError::Unreachable(_))) => {
+            *refusal = Some(error);
+            Ok(None)
         }
-        requeued => requeued,
+        result => result.map(Some),
     }
 }
 
-/// Removes the lineages that the last run did not finish to import or to remove.
-async fn remove_lineages(store: Store, unfinished: Vec<LineageId>) {
+/// Removes lineages that another run or another server did not finish to import or to remove.
+async fn remove_lineages(app: App, unfinished: Vec<LineageId>) {
     for id in unfinished {
-        match store.remove_lineage(id).await {
-            Ok(()) => tracing::info!(%id, "removed a lineage that the last run had not finished"),
+        let removal = app.store.remove_lineage(id);
+        let Some(removed) = app.stopping.run_until_cancelled(removal).await else { return };
+        bus::genomes_removed(&app);
+        match removed {
+            Ok(()) => tracing::info!(%id, "removed a lineage that its server had not finished"),
             Err(error) => {
-                tracing::warn!(%id, %error, "an unfinished lineage is removed at the next start");
+                tracing::warn!(%id, %error, "an unfinished lineage is removed later");
             }
         }
     }
 }
 
-/// Handle that requeues the jobs of dead workers.
-#[derive(Clone)]
-pub struct WorkerReaper {
-    app: App,
-}
-
-impl WorkerReaper {
-    /// Requeues the jobs of a dead worker.
-    pub async fn requeue_jobs_of(&self, worker: &str) {
-        // A stopping server releases all leases at once and closes the store.
-        if !self.app.stopping.is_cancelled() {
-            end_all_leases(&self.app, LeaseEnd::Death(worker)).await;
+/// Ends expired leases of one kind and requeues their jobs, until the server stops. Before them,
+/// those of the last run if the start could not end them: their workers have not died.
+async fn sweep_leases<K: JobKind>(app: App, kind: Arc<K>, mut of_last_run: bool) {
+    let mut ticks = interval(LEASE_TICK);
+    ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let mut failed: Option<Instant> = None;
+    loop {
+        tokio::select! {
+            () = app.stopping.cancelled() => return,
+            _ = ticks.tick() => {}
         }
-    }
-}
-
-/// Ends leases of all kinds and requeues their jobs.
-async fn end_all_leases(app: &App, end: LeaseEnd<'_>) {
-    let mut workers = end_leases(&*app.pictures, end).await;
-    workers.extend(end_leases(&*app.searches, end).await);
-    workers.extend(end_leases(&*app.exports, end).await);
-    match end {
-        LeaseEnd::Expired => workers.iter().for_each(|worker| app.workers.lost(worker)),
-        LeaseEnd::Death(worker) => app.workers.gone(worker),
-        LeaseEnd::Shutdown => {}
+        let lost = if of_last_run { LostLeases::OfProcess } else { LostLeases::Expired };
+        match try_end_leases(&*kind, lost).await {
+            Ok(workers) => {
+                // No lease is looked for some time after a failure: that is no sign of an end.
+                if failed.is_some_and(|time| time.elapsed() > OUTAGE)
+                    && app.store.any_token().await.is_ok()
+                {
+                    tracing::info!(kind = K::NAME, "lost leases are ended again");
+                    failed = None;
+                }
+                if of_last_run {
+                    let jobs = workers.len();
+                    tracing::info!(kind = K::NAME, jobs, "requeued jobs of the last run");
+                } else {
+                    workers.iter().for_each(|worker| app.workers.lost(worker));
+                }
+                of_last_run = false;
+            }
+            Err(error) => {
+                // Once an outage.
+                if failed.is_none() {
+                    let reason = &error.problem().detail;
+                    tracing::warn!(kind = K::NAME, reason, "cannot end lost leases; trying again");
+                }
+                failed = Some(Instant::now());
+            }
+        }
     }
 }
 
@@ -313,29 +389,36 @@ async fn check_after_crash(app: App) -> Result<(), StorageError> {
 
 /// Runs the periodic maintenance.
 async fn run_maintenance(app: App) {
-    let mut leases = interval(LEASE_TICK);
+    let mut check = interval(LEASE_TICK);
     let mut tidy = interval(TIDY_TICK);
+    let mut look = interval(LOOK_TICK);
     let mut prune = interval(PRUNE_TICK);
-    for timer in [&mut leases, &mut tidy, &mut prune] {
+    for timer in [&mut check, &mut tidy, &mut look, &mut prune] {
         timer.set_missed_tick_behavior(MissedTickBehavior::Delay);
     }
     loop {
         tokio::select! {
             () = app.stopping.cancelled() => return,
-            _ = leases.tick() => {
+            _ = check.tick() => {
                 if app.store.is_poisoned() {
                     // A restart reads from the disk what was stored; until then, answers could
                     // show what is not.
                     app.stopping.cancel();
                     return;
                 }
-                end_all_leases(&app, LeaseEnd::Expired).await;
             }
             _ = tidy.tick() => {
                 app.events.sweep();
                 app.deferred.sweep();
                 app.metrics.upkeep();
             }
+            _ = look.tick() => match app.store.take_unfinished_lineages(false).await {
+                Ok(unfinished) if unfinished.is_empty() => {}
+                Ok(unfinished) => {
+                    app.tasks.spawn(remove_lineages(app.clone(), unfinished));
+                }
+                Err(error) => tracing::warn!(%error, "cannot look for unfinished lineages"),
+            },
             _ = prune.tick() => {
                 if let Err(error) = app.store.prune_idempotency(now_ms() - IDEMPOTENCY_TTL_MS).await {
                     tracing::warn!(%error, "cannot delete old idempotency records");

@@ -59,6 +59,9 @@ pub struct AppState {
     pub processors: Processors,
     /// Maker of broods.
     pub breeding: Arc<Breeding>,
+    /// Cancelled when the server stops soon: it still serves requests, but a balancer must send it
+    /// no more.
+    pub leaving: CancellationToken,
     /// Cancelled when the server begins to stop.
     pub stopping: CancellationToken,
     /// Tasks that may outlive their request; the server waits for them before it ends.

@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 
 /// One event as received.
 #[derive(Debug, Clone)]
-struct Event {
-    id: String,
-    name: String,
-    data: Value,
+pub(crate) struct Event {
+    pub(crate) id: String,
+    pub(crate) name: String,
+    pub(crate) data: Value,
 }
 
 /// Reads events until `enough` returns true, or nothing arrives for 30 s.
-async fn read(response: &mut Response, enough: impl Fn(&[Event]) -> bool) -> Vec<Event> {
+pub(crate) async fn read(response: &mut Response, enough: impl Fn(&[Event]) -> bool) -> Vec<Event> {
     let (mut events, mut text) = (Vec::new(), String::new());
     while !enough(&events) {
         let chunk = tokio::time::timeout(Duration::from_secs(30), response.chunk()).await;
@@ -37,7 +37,7 @@ async fn read(response: &mut Response, enough: impl Fn(&[Event]) -> bool) -> Vec
     events
 }
 
-async fn open(server: &TestServer, path: &str, last: Option<&str>) -> Response {
+pub(crate) async fn open(server: &TestServer, path: &str, last: Option<&str>) -> Response {
     let mut request = server.request(Method::GET, path);
     if let Some(id) = last {
         request = request.header("last-event-id", id);

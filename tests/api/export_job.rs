@@ -19,6 +19,12 @@ async fn cancel(server: &TestServer, id: &str) -> brood_tests::Answer {
     server.send(server.request(Method::POST, &format!("/v1/jobs/{id}/cancel"))).await
 }
 
+/// True if files of exports are on disk. On PostgreSQL they are in the database, see
+/// `several_servers`.
+fn are_on_disk() -> bool {
+    std::env::var_os("BROOD_TEST_DATABASE").is_none()
+}
+
 /// Number of folders of jobs on disk.
 fn folders(server: &TestServer) -> usize {
     std::fs::read_dir(server.data().join("exports")).unwrap().count()
@@ -55,6 +61,9 @@ async fn export_job_makes_the_archive_that_a_request_makes() {
     let problem = cancel(&server, &id).await.problem(409);
     assert!(text_of(&problem["detail"]).contains("succeeded"), "{problem}");
 
+    if !are_on_disk() {
+        return;
+    }
     // A lost file is made again.
     let lost = server.data().join("exports").join(&id).join("1");
     let bytes = std::fs::read(&lost).unwrap();
@@ -115,7 +124,7 @@ async fn cancelled_export_job_leaves_no_files() {
     let next = json!({"individuals": [ids(&brood)[0]], "formats": ["samples-csv"]});
     let next = begin(&server, &next).await;
     assert_eq!(server.job_once(&next, has_ended).await["state"], "succeeded");
-    assert_eq!(folders(&server), 1);
+    assert_eq!(folders(&server), usize::from(are_on_disk()));
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -165,6 +165,10 @@ async fn data_of_an_earlier_version_has_no_tags_and_its_hidden_lineages_can_be_r
     let options = SqliteConnectOptions::new().filename(server.data().join("brood.db"));
     let mut database = SqliteConnection::connect_with(&options).await.unwrap();
     for sql in [
+        "DROP TABLE search_checkpoint",
+        "DROP INDEX search_running",
+        "ALTER TABLE search DROP COLUMN lease_until_ms",
+        "ALTER TABLE search ADD COLUMN checkpoint BLOB",
         "DROP TABLE unfinished_lineage",
         "DROP INDEX generation_parent_generation",
         "ALTER TABLE generation_parent DROP COLUMN parent_generation_id",

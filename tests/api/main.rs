@@ -47,6 +47,7 @@ mod preset;
 mod scene;
 mod scene_image;
 mod search;
+mod several_servers;
 mod start;
 mod target;
 mod target_environment;

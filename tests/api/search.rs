@@ -79,12 +79,17 @@ async fn search_stops_while_paused_and_ends_when_cancelled() {
     let paused = change(&server, &id, "pause").await.expect(200).json();
     assert_eq!(paused["state"], "paused");
     change(&server, &id, "pause").await.problem(409);
+    // The worker adds what it had computed.
+    let saved = server.job_once(&id, |job| job["population"] != paused["population"]).await;
+    assert!(saved["generation"].as_u64() >= paused["generation"].as_u64());
     tokio::time::sleep(Duration::from_millis(600)).await;
     let still = server.job_once(&id, |_| true).await;
-    assert_eq!(still["generation"], paused["generation"]);
-    assert_eq!(still["population"], paused["population"]);
+    assert_eq!(still["generation"], saved["generation"]);
+    assert_eq!(still["population"], saved["population"]);
     change(&server, &id, "resume").await.expect(200);
-    let before = paused["generation"].as_u64();
+    let before = saved["generation"].as_u64();
+    let resumed = server.job_once(&id, |job| job["state"] == "running").await;
+    assert!(resumed["generation"].as_u64() >= before, "nothing is computed again");
     server.job_once(&id, |job| job["generation"].as_u64() > before).await;
     let cancelled = change(&server, &id, "cancel").await.expect(200).json();
     assert_eq!(cancelled["state"], "cancelled");

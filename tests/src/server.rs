@@ -86,6 +86,18 @@ impl TestServer {
         Self { options, data, child, address, log, client }
     }
 
+    /// Starts another server on the PostgreSQL database of this one, with a data directory of its
+    /// own; `None` on SQLite.
+    ///
+    /// # Panics
+    /// If it does not start; prints its log.
+    #[must_use]
+    pub fn beside(&self, mut options: ServerOptions) -> Option<Self> {
+        let address = database::of(self.data.path())?;
+        options.environment.push(("BROOD_DATABASE", address.into()));
+        Some(Self::start_with(options))
+    }
+
     /// Returns the `host:port` that the server listens on.
     #[must_use]
     pub fn address(&self) -> &str {

@@ -7,13 +7,13 @@ use brood_export::{Exported, Format, Within, export_genome};
 use brood_genome::Genome;
 use brood_protocol::{
     Directive, ExportFile, ExportGrant, ExportReport, ExportRequest, ExportTicket, ExportUpdate,
-    WorkerClient,
+    JobId, WorkerClient,
 };
 use tokio_util::sync::CancellationToken;
 
+use crate::claim::run_jobs;
 use crate::lease::{
-    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, run_jobs,
-    send_with_retry,
+    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, send_with_retry,
 };
 
 /// Name of the format that is the genome as text.
@@ -45,6 +45,11 @@ struct ExportContext {
 impl JobKind for ExportContext {
     const HEARTBEAT: Duration = HEARTBEAT;
     type Request = ExportRequest;
+    type Ticket = ExportTicket;
+
+    fn at(self, client: WorkerClient) -> Self {
+        Self { client, ..self }
+    }
 
     fn name(&self) -> &'static str {
         "export"
@@ -56,6 +61,10 @@ impl JobKind for ExportContext {
 
     fn request(&self, worker: &str, wait_ms: u32) -> ExportRequest {
         ExportRequest { worker: worker.to_owned(), wait_ms }
+    }
+
+    fn lease(grant: &ExportGrant) -> (JobId, ExportTicket) {
+        (grant.ticket.job, grant.ticket)
     }
 
     async fn run(self, grant: ExportGrant) {

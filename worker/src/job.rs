@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use brood_light::{AssetRef, LightAssets};
 use brood_protocol::{
-    ClientError, LeaseGrant, LeaseRenewal, LeaseRequest, LeaseResults, LightAssetFile, MeshSource,
-    Queue, RenderJob, RenderOutcome, TargetSource, WorkerClient,
+    ClientError, JobId, LeaseGrant, LeaseRenewal, LeaseRequest, LeaseResults, LeaseTicket,
+    LightAssetFile, MeshSource, Queue, RenderJob, RenderOutcome, TargetSource, WorkerClient,
 };
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
@@ -35,6 +35,11 @@ impl JobKind for RenderContext {
     /// Short, because a job may be long and no longer wanted.
     const HEARTBEAT: Duration = Duration::from_millis(500);
     type Request = LeaseRequest;
+    type Ticket = LeaseTicket;
+
+    fn at(self, client: WorkerClient) -> Self {
+        Self { client, ..self }
+    }
 
     fn name(&self) -> &'static str {
         match self.queue {
@@ -54,6 +59,10 @@ impl JobKind for RenderContext {
     fn request(&self, worker: &str, wait_ms: u32) -> LeaseRequest {
         let report = self.renderer.worker_report();
         LeaseRequest { worker: worker.to_owned(), queue: self.queue, report, wait_ms }
+    }
+
+    fn lease(grant: &LeaseGrant) -> (JobId, LeaseTicket) {
+        (grant.job, grant.ticket)
     }
 
     async fn run(self, grant: LeaseGrant) {

@@ -1,24 +1,18 @@
-//! Leases of a worker, the same for all kinds of jobs: claims, heartbeats, calls with retries, and
-//! shutdown. A kind defines its requests and runs its jobs.
+//! Leases of a worker, the same for all kinds of jobs: heartbeats, and calls with retries. A kind
+//! defines its requests and runs its jobs; [`claim`](crate::claim) requests them.
 
-use std::sync::Arc;
 use std::time::Duration;
 
-use brood_protocol::{ClaimRequest, ClientError, JobId, WorkerClient};
-use tokio::sync::Semaphore;
-use tokio::task::JoinSet;
+use brood_protocol::{ClaimRequest, ClientError, JobId, Ticket, WorkerClient};
 use tokio::time::Instant;
 use tokio_util::sync::CancellationToken;
 
 use crate::backoff::Backoff;
 
 /// Number of consecutive failures after which a warning is logged.
-const WARN_AFTER_FAILURES: u32 = 3;
-const LONG_POLL: Duration = Duration::from_secs(20);
+pub(crate) const WARN_AFTER_FAILURES: u32 = 3;
 /// Interval of the renewals of long jobs.
 pub(crate) const HEARTBEAT: Duration = Duration::from_secs(5);
-/// Time for returning leases at shutdown. Leases not returned by then expire.
-const SHUTDOWN_GRACE: Duration = Duration::from_secs(3);
 
 /// Error that ends a worker.
 #[derive(Debug, thiserror::Error)]
@@ -67,6 +61,11 @@ pub(crate) trait JobKind: Clone + Send + Sync + 'static {
     const HEARTBEAT: Duration;
     /// Request for a job.
     type Request: ClaimRequest;
+    /// Proof of a lease.
+    type Ticket: Ticket;
+
+    /// Returns the kind with another client: that of the server which grants the jobs.
+    fn at(self, client: WorkerClient) -> Self;
 
     /// Name in logs.
     fn name(&self) -> &'static str;
@@ -77,6 +76,9 @@ pub(crate) trait JobKind: Clone + Send + Sync + 'static {
     /// Returns a request for a job, which the server may answer after this time.
     fn request(&self, worker: &str, wait_ms: u32) -> Self::Request;
 
+    /// Returns the job and the ticket of a grant.
+    fn lease(grant: &<Self::Request as ClaimRequest>::Grant) -> (JobId, Self::Ticket);
+
     /// Runs one job. Errors are handled here: the lease is returned or expires.
     fn run(
         self,
@@ -84,89 +86,38 @@ pub(crate) trait JobKind: Clone + Send + Sync + 'static {
     ) -> impl Future<Output = ()> + Send + 'static;
 }
 
-/// Leases and runs jobs until `shutdown` is cancelled or the server rejects the token. Then cancels
-/// `shutdown`, which the jobs observe, and waits until they have returned their leases.
-///
-/// # Errors
-/// Returns [`WorkerError::Refused`] if the server rejects the token.
-pub(crate) async fn run_jobs<K: JobKind>(
-    client: &WorkerClient,
-    worker: &str,
-    kind: K,
-    shutdown: CancellationToken,
-) -> Result<(), WorkerError> {
-    let (mut jobs, name) = (JoinSet::new(), kind.name());
-    let result = tokio::select! {
-        result = claim(client, worker, kind, &mut jobs) => result,
-        () = shutdown.cancelled() => Ok(()),
-    };
-    shutdown.cancel();
-    let finished = async { while jobs.join_next().await.is_some() {} };
-    if tokio::time::timeout(SHUTDOWN_GRACE, finished).await.is_err() {
-        tracing::warn!(kind = name, "some leases were not returned in time; they will expire");
-    }
-    result
-}
-
-/// Leases jobs and spawns a task for each. Returns only if the server rejects the token.
-async fn claim<K: JobKind>(
-    client: &WorkerClient,
-    worker: &str,
-    kind: K,
-    jobs: &mut JoinSet<()>,
-) -> Result<(), WorkerError> {
-    let slots = Arc::new(Semaphore::new(kind.concurrent()));
-    let wait_ms = u32::try_from(LONG_POLL.as_millis()).expect("seconds");
-    let mut backoff = Backoff::default();
-    tracing::info!(server = client.server(), worker, kind = kind.name(), "requesting jobs");
-    loop {
-        while jobs.try_join_next().is_some() {}
-        let slot = slots.clone().acquire_owned().await.expect("the semaphore is never closed");
-        match client.claim(&kind.request(worker, wait_ms)).await {
-            Ok(grant) => {
-                if backoff.failures() >= WARN_AFTER_FAILURES {
-                    tracing::info!(kind = kind.name(), "the server responds again");
-                }
-                backoff.reset();
-                if let Some(grant) = grant {
-                    let running = kind.clone().run(grant);
-                    jobs.spawn(async move {
-                        running.await;
-                        drop(slot);
-                    });
-                }
-            }
-            Err(error @ ClientError::Refused(_)) => return Err(WorkerError::Refused(error)),
-            Err(error) => {
-                let (wait, kind) = (backoff.next(), kind.name());
-                // A single failure is normal while a server restarts. Warn once if failures
-                // continue.
-                if backoff.failures() == WARN_AFTER_FAILURES {
-                    tracing::warn!(kind, %error, "cannot lease jobs from the server; retrying");
-                } else {
-                    tracing::debug!(kind, %error, "no job leased");
-                }
-                tokio::time::sleep(wait).await;
-            }
-        }
-    }
-}
-
-/// Calls `renew` periodically. Returns when the lease is lost.
+/// Calls `renew` periodically. Returns when the lease is lost: the server refuses to renew it, or
+/// has not answered for the duration of a lease, `ttl`. Other errors are answers: a server that
+/// cannot write its database ends no lease, and renews this one later.
 pub(crate) async fn renew_lease<K: JobKind, F>(ttl: Duration, mut renew: impl FnMut() -> F)
 where
     F: Future<Output = Result<(), ClientError>>,
 {
     let period = K::HEARTBEAT.min(ttl / 4).max(Duration::from_millis(50));
+    let mut answered = Instant::now();
     loop {
         tokio::time::sleep(period).await;
-        match renew().await {
-            Ok(()) => {}
-            Err(ClientError::Stale) => return,
-            Err(ClientError::Status { status, .. }) if status.as_u16() == 404 => return,
+        // Checked before the attempt: if this process was stopped for longer than a lease, the
+        // server may have been stopped, too.
+        let is_last = answered.elapsed() >= ttl;
+        match tokio::time::timeout(period.max(ttl / 4), renew()).await {
+            Ok(Ok(())) => answered = Instant::now(),
+            Ok(Err(ClientError::Stale)) => return,
+            Ok(Err(ClientError::Status { status, .. })) if status.as_u16() == 404 => return,
+            Ok(Err(ClientError::Transport(_))) | Err(_) if is_last => {
+                tracing::info!(?ttl, "the server has not answered for the duration of a lease");
+                return;
+            }
             // Not fatal: if the server was only slow, the next heartbeat arrives in time; if it
             // restarted, that heartbeat returns `Stale`.
-            Err(error) => tracing::debug!(%error, "heartbeat failed"),
+            Ok(Err(error @ ClientError::Transport(_))) => {
+                tracing::debug!(%error, "heartbeat failed");
+            }
+            Err(_) => tracing::debug!("heartbeat not answered"),
+            Ok(Err(error)) => {
+                answered = Instant::now();
+                tracing::debug!(%error, "heartbeat refused");
+            }
         }
     }
 }

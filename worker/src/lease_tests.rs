@@ -1,28 +1,34 @@
 //! Tests of leased render jobs against a fake server on one socket.
 
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use brood_genome::{BirthKey, Dialect, Variation};
 use brood_light::{IesLight, Light};
 use brood_program::Program;
 use brood_protocol::{
-    Aspect, Backend, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket, MeshSource,
-    PackedProgram, PictureFormat, RenderItem, RenderJob, RenderOutcome, Subject, TargetSource,
-    decode, encode,
+    Aspect, Backend, ClientError, Frame, JobId, LeaseGrant, LeaseId, LeaseResults, LeaseTicket,
+    MeshSource, PackedProgram, PictureFormat, RenderItem, RenderJob, RenderOutcome, Subject,
+    TargetSource, WorkerClient, decode, encode,
 };
 use brood_scene::{MeshRef, Scene};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpListener, TcpStream};
 use tokio_util::sync::CancellationToken;
 
+use crate::job::RenderContext;
+use crate::lease::renew_lease;
 use crate::{WorkerConfig, WorkerError, run};
 
-type Answer = (u16, Vec<u8>);
-type Handler = dyn Fn(&str, &[u8]) -> Answer + Send + Sync;
+/// Status and body of a response.
+pub(crate) type Answer = (u16, Vec<u8>);
 
-/// Serves HTTP/1.1 with keep-alive. The handler gets `METHOD path` and the body.
-async fn serve(handler: Arc<Handler>) -> String {
+/// Serves HTTP/1.1 with keep-alive. The handler gets `METHOD path` and the body. Returns the URL.
+pub(crate) async fn serve<H, F>(handler: H) -> String
+where
+    H: Fn(String, Vec<u8>) -> F + Clone + Send + Sync + 'static,
+    F: Future<Output = Answer> + Send + 'static,
+{
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let url = format!("http://{}", listener.local_addr().unwrap());
     tokio::spawn(async move {
@@ -33,7 +39,11 @@ async fn serve(handler: Arc<Handler>) -> String {
     url
 }
 
-async fn connection(stream: TcpStream, handler: Arc<Handler>) {
+async fn connection<H, F>(stream: TcpStream, handler: H)
+where
+    H: Fn(String, Vec<u8>) -> F + Send + Sync,
+    F: Future<Output = Answer> + Send,
+{
     let mut stream = BufReader::new(stream);
     loop {
         let mut head = String::new();
@@ -49,11 +59,7 @@ async fn connection(stream: TcpStream, handler: Arc<Handler>) {
         let mut body = vec![0; length.unwrap_or(0)];
         stream.read_exact(&mut body).await.unwrap();
         let request = head.lines().next().unwrap().trim_end_matches(" HTTP/1.1").to_owned();
-        let (status, body) = handler(&request, &body);
-        if status == 204 && request.ends_with("/leases") {
-            // A long poll without a job. A worker that shuts down must not wait for it.
-            tokio::time::sleep(Duration::from_millis(200)).await;
-        }
+        let (status, body) = handler(request, body).await;
         let head = format!("HTTP/1.1 {status} X\r\nContent-Length: {}\r\n\r\n", body.len());
         if stream.write_all(head.as_bytes()).await.is_err()
             || stream.write_all(&body).await.is_err()
@@ -129,7 +135,17 @@ impl FakeServer {
 
     async fn run_worker(self: &Arc<Self>) -> Vec<(String, Vec<u8>)> {
         let server = self.clone();
-        let url = serve(Arc::new(move |request, body| server.answer(request, body))).await;
+        let answer = move |request: String, body: Vec<u8>| {
+            let answer = server.answer(&request, &body);
+            async move {
+                if answer.0 == 204 && request.ends_with("/leases") {
+                    // A long poll without a job. A worker that shuts down must not wait for it.
+                    tokio::time::sleep(Duration::from_millis(200)).await;
+                }
+                answer
+            }
+        };
+        let url = serve(answer).await;
         let running = run(config(url), self.stop.clone());
         tokio::time::timeout(Duration::from_secs(30), running).await.unwrap().unwrap();
         std::mem::take(&mut *self.requests.lock().unwrap())
@@ -138,7 +154,7 @@ impl FakeServer {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn worker_returns_error_when_token_is_rejected() {
-    let url = serve(Arc::new(|_: &str, _: &[u8]| (401, Vec::new()))).await;
+    let url = serve(|_, _| async { (401, Vec::new()) }).await;
     let result = run(config(url), CancellationToken::new()).await;
     assert!(matches!(result, Err(WorkerError::Refused(_))), "{result:?}");
 }
@@ -234,4 +250,28 @@ async fn lease_is_returned_when_worker_stops_while_rendering() {
     let requests = server.run_worker().await;
     let last = requests.last().expect("the lease is returned");
     assert_eq!(last.0, format!("DELETE /v1/leases/{lease}"));
+}
+
+#[tokio::test]
+async fn renewals_end_when_server_does_not_answer_for_the_duration_of_a_lease() {
+    let client = WorkerClient::new("http://127.0.0.1:9", "secret").unwrap();
+    let ticket = LeaseTicket { lease: LeaseId::fresh(), epoch: 1 };
+    let (ttl, started) = (Duration::from_millis(300), Instant::now());
+    let renewals = renew_lease::<RenderContext, _>(ttl, || client.heartbeat(&ticket));
+    tokio::time::timeout(Duration::from_secs(30), renewals).await.unwrap();
+    assert!(started.elapsed() >= ttl);
+}
+
+#[tokio::test]
+async fn renewals_continue_when_server_answers_with_errors() {
+    let busy = || async { Err(ClientError::Busy) };
+    let renewals = renew_lease::<RenderContext, _>(Duration::from_millis(50), busy);
+    assert!(tokio::time::timeout(Duration::from_millis(500), renewals).await.is_err());
+}
+
+#[tokio::test]
+async fn renewals_end_when_lease_is_stale() {
+    let stale = || async { Err(ClientError::Stale) };
+    let renewals = renew_lease::<RenderContext, _>(Duration::from_secs(1), stale);
+    tokio::time::timeout(Duration::from_secs(30), renewals).await.unwrap();
 }

@@ -28,6 +28,7 @@ mod backoff;
 mod banded_picture;
 mod bounded_cache;
 mod cache;
+mod claim;
 mod encoded_picture;
 mod error;
 mod evaluated_picture;
@@ -60,6 +61,8 @@ mod surroundings;
 mod target_cache;
 mod view_comparison;
 
+#[cfg(test)]
+mod claim_tests;
 #[cfg(test)]
 mod lease_tests;
 #[cfg(test)]

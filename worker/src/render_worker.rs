@@ -11,8 +11,9 @@ use brood_protocol::{Backend, Queue, WorkerClient};
 use tokio::sync::oneshot;
 use tokio_util::sync::CancellationToken;
 
+use crate::claim::run_jobs;
 use crate::job::RenderContext;
-use crate::lease::{WorkerError, run_jobs};
+use crate::lease::WorkerError;
 use crate::light_asset_cache::LightAssetCache;
 use crate::render_thread;
 use crate::renderer::Renderer;

@@ -5,19 +5,19 @@
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use brood_protocol::{
-    Directive, SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate, WorkerClient,
-    idle_thread_priority,
+    ClientError, Directive, JobId, SearchGrant, SearchReport, SearchRequest, SearchTicket,
+    SearchUpdate, WorkerClient, idle_thread_priority,
 };
 use brood_target::TargetKind;
 use moka::sync::Cache;
 use tokio_util::sync::CancellationToken;
 
+use crate::claim::run_jobs;
 use crate::lease::{
-    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, run_jobs,
-    send_with_retry,
+    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, send_with_retry,
 };
 use crate::search_run::{SearchRun, StepBatch};
 use crate::search_target::SearchTarget;
@@ -25,6 +25,9 @@ use crate::search_target::SearchTarget;
 /// Size of the target cache in KiB. Image targets are large: they contain the sample sets of their
 /// views.
 const TARGETS_KIB: u64 = 256 << 10;
+
+/// Time for reporting a checkpoint at shutdown.
+const SAVE_GRACE: Duration = Duration::from_secs(2);
 
 /// Configuration of a worker that searches.
 #[derive(Debug, Clone)]
@@ -52,6 +55,7 @@ pub async fn run_searches(
     let shutdown = shutdown.child_token();
     let context = SearchContext {
         client: client.clone(),
+        granter: client.clone(),
         targets: Cache::builder().max_capacity(TARGETS_KIB).weigher(weigh).build(),
         threads: config.threads,
         shutdown: shutdown.clone(),
@@ -59,10 +63,28 @@ pub async fn run_searches(
     run_jobs(&client, &config.name, context, shutdown).await
 }
 
+/// Lease of a search.
+#[derive(Debug, Clone, Copy)]
+struct Lease {
+    ticket: SearchTicket,
+    granted: Instant,
+}
+
+impl Lease {
+    fn report(self, update: SearchUpdate) -> SearchReport {
+        let held = self.granted.elapsed().as_millis();
+        let held_ms = u64::try_from(held).unwrap_or(u64::MAX);
+        SearchReport { ticket: self.ticket, held_ms, update }
+    }
+}
+
 /// Resources that a worker shares among its searches.
 #[derive(Clone)]
 struct SearchContext {
+    /// Client of any server.
     client: WorkerClient,
+    /// Client of the server that grants the searches.
+    granter: WorkerClient,
     targets: Cache<[u8; 32], Arc<SearchTarget>>,
     threads: Option<NonZeroUsize>,
     shutdown: CancellationToken,
@@ -72,6 +94,13 @@ impl JobKind for SearchContext {
     /// Other searches wait for a time slice.
     const HEARTBEAT: Duration = HEARTBEAT;
     type Request = SearchRequest;
+    type Ticket = SearchTicket;
+
+    /// Any server takes the reports of a search: others get those that the granting one does not
+    /// answer.
+    fn at(self, granter: WorkerClient) -> Self {
+        Self { granter, ..self }
+    }
 
     fn name(&self) -> &'static str {
         "search"
@@ -85,14 +114,24 @@ impl JobKind for SearchContext {
         SearchRequest { worker: worker.to_owned(), wait_ms }
     }
 
+    fn lease(grant: &SearchGrant) -> (JobId, SearchTicket) {
+        (grant.ticket.job, grant.ticket)
+    }
+
     async fn run(self, grant: SearchGrant) {
         let (ticket, job) = (grant.ticket, grant.ticket.job);
         let ttl = Duration::from_millis(grant.ttl_ms.into());
+        let lease = Lease { ticket, granted: Instant::now() };
         let stop = Arc::new(AtomicBool::new(false));
+        let mut search = std::pin::pin!(self.search(lease, grant, &stop));
         let ended = tokio::select! {
-            ended = self.search(grant, &stop) => ended,
-            () = renew_lease::<Self, _>(ttl, || self.client.heartbeat(&ticket)) => Err(Interrupted::Stale),
-            () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
+            ended = &mut search => ended,
+            () = renew_lease::<Self, _>(ttl, || self.renew(&ticket)) => Err(Interrupted::Stale),
+            () = self.shutdown.cancelled() => {
+                stop.store(true, Ordering::Relaxed);
+                let saved = tokio::time::timeout(SAVE_GRACE, search).await;
+                saved.unwrap_or_else(|_| Err(shutting_down()))
+            }
         };
         // A computation that is still running checks this flag after each generation.
         stop.store(true, Ordering::Relaxed);
@@ -100,8 +139,7 @@ impl JobKind for SearchContext {
             Ok(()) | Err(Interrupted::Stale) => return tracing::debug!(%job, "search ended"),
             Err(Interrupted::Failed(reason)) => {
                 tracing::warn!(%job, reason, "search failed");
-                let update = SearchUpdate::Failed(reason);
-                self.client.report(&SearchReport { ticket, update }).await.map(drop)
+                self.client.report(&lease.report(SearchUpdate::Failed(reason))).await.map(drop)
             }
             Err(Interrupted::Release(reason)) => {
                 tracing::info!(%job, reason, "search returned to the queue");
@@ -115,8 +153,14 @@ impl JobKind for SearchContext {
 }
 
 impl SearchContext {
-    /// Runs a search to its end, or until the server answers [`Directive::Stop`].
-    async fn search(&self, grant: SearchGrant, stop: &Arc<AtomicBool>) -> Result<(), Interrupted> {
+    /// Runs a search to its end, or until the server answers [`Directive::Stop`]. If `stop` is set,
+    /// it reports a checkpoint instead.
+    async fn search(
+        &self,
+        lease: Lease,
+        grant: SearchGrant,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<(), Interrupted> {
         let threads = grant.threads.and_then(|n| usize::try_from(n).ok());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let threads = threads.or(self.threads.map(usize::from)).unwrap_or(cores).min(cores);
@@ -127,9 +171,8 @@ impl SearchContext {
         let pool = pool.map_err(|error| Interrupted::Release(error.to_string()))?;
         let pool = Arc::new(pool);
         let target = self.target(&grant, &pool).await?;
-        let ticket = grant.ticket;
         if let Some(scenes) = target.report()
-            && self.report(ticket, SearchUpdate::Calibrated(scenes)).await? == Directive::Stop
+            && self.report(lease, SearchUpdate::Calibrated(scenes)).await? == Directive::Stop
         {
             return Ok(());
         }
@@ -147,21 +190,36 @@ impl SearchContext {
             .await?;
             run = back;
             let StepBatch { update, is_over } = batch.map_err(Interrupted::Failed)?;
-            if let Some(update) = update
-                && self.report(ticket, update).await? == Directive::Stop
+            let mut directive = Directive::Continue;
+            if let Some(update) = update {
+                directive = self.report(lease, update).await?;
+            }
+            let is_stopped = stop.load(Ordering::Relaxed);
+            if (is_stopped || directive == Directive::Yield)
+                && let Some(update) = run.save()
             {
+                directive = self.report(lease, update).await?;
+            }
+            if directive == Directive::Stop {
                 return Ok(());
             }
+            if is_stopped {
+                return Err(shutting_down());
+            }
             if is_over {
-                let stop = stop.clone();
-                let ended = blocking(&pool, move || (run.spread(), run.finish(&stop))).await?;
+                let ending = stop.clone();
+                let ended = blocking(&pool, move || (run.spread(), run.finish(&ending))).await?;
+                // The end of a stopped search would depend on the time.
+                if stop.load(Ordering::Relaxed) {
+                    return Err(shutting_down());
+                }
                 let (spread, front) = ended;
                 if let Some(spread) = spread.map_err(Interrupted::Failed)?
-                    && self.report(ticket, spread).await? == Directive::Stop
+                    && self.report(lease, spread).await? == Directive::Stop
                 {
                     return Ok(());
                 }
-                self.report(ticket, front.map_err(Interrupted::Failed)?).await?;
+                self.report(lease, front.map_err(Interrupted::Failed)?).await?;
                 return Ok(());
             }
         }
@@ -189,19 +247,30 @@ impl SearchContext {
         Ok(target)
     }
 
+    async fn renew(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
+        match self.granter.heartbeat(ticket).await {
+            Err(ClientError::Transport(_)) => self.client.heartbeat(ticket).await,
+            answer => answer,
+        }
+    }
+
     /// Sends a report, with retries until it arrives: a full disk or a busy server delays a search
     /// and does not fail it.
-    async fn report(
-        &self,
-        ticket: SearchTicket,
-        update: SearchUpdate,
-    ) -> Result<Directive, Interrupted> {
-        let report = SearchReport { ticket, update };
+    async fn report(&self, lease: Lease, update: SearchUpdate) -> Result<Directive, Interrupted> {
+        let report = lease.report(update);
         let policy = RetryPolicy { limit: None, repeats_server_errors: true };
-        let (name, send) = ((ticket.job, "report progress"), || self.client.report(&report));
+        let send = async || match self.granter.report(&report).await {
+            Err(ClientError::Transport(_)) => self.client.report(&report).await,
+            answer => answer,
+        };
+        let name = (lease.ticket.job, "report progress");
         let sent = send_with_retry(policy, name, &self.shutdown, send).await;
         sent.map_err(|error| Interrupted::by("report progress", error))
     }
+}
+
+fn shutting_down() -> Interrupted {
+    Interrupted::Release("shutting down".to_owned())
 }
 
 fn weigh(_: &[u8; 32], target: &Arc<SearchTarget>) -> u32 {

@@ -24,6 +24,8 @@ use crate::view_comparison::ViewComparison;
 
 /// Interval between reports. Shorter generations are reported together.
 const REPORT_INTERVAL: Duration = Duration::from_millis(250);
+/// Interval between checkpoints. A worker that dies loses the work since its last one.
+const SAVE_INTERVAL: Duration = Duration::from_secs(10);
 /// A best material is reported once its validation error is below this share of the last reported
 /// one.
 const NOTABLE_RATIO: f64 = 0.9;
@@ -42,6 +44,8 @@ pub(crate) struct SearchRun {
     recorded: f64,
     /// True if a generation has completed, in this lease or before.
     has_begun: bool,
+    /// Time of the last checkpoint.
+    saved: Instant,
 }
 
 /// Batch of generations.
@@ -82,6 +86,7 @@ impl SearchRun {
             },
             recorded: grant.recorded.unwrap_or(f64::INFINITY),
             has_begun: grant.checkpoint.is_some(),
+            saved: Instant::now(),
         })
     }
 
@@ -124,12 +129,29 @@ impl SearchRun {
                 break;
             }
         }
-        let update = (!lines.is_empty()).then(|| SearchUpdate::Generations {
-            lines,
-            checkpoint: self.search.checkpoint(),
-            best,
-        });
-        Ok(StepBatch { update, is_over })
+        if lines.is_empty() {
+            return Ok(StepBatch { update: None, is_over });
+        }
+        let saves = is_over || best.is_some() || self.saved.elapsed() >= SAVE_INTERVAL;
+        let checkpoint = saves.then(|| self.checkpoint());
+        Ok(StepBatch {
+            update: Some(SearchUpdate::Generations { lines, checkpoint, best }),
+            is_over,
+        })
+    }
+
+    /// Returns a checkpoint after the last generation; `None` before the first.
+    pub(crate) fn save(&mut self) -> Option<SearchUpdate> {
+        self.has_begun.then(|| SearchUpdate::Generations {
+            lines: Vec::new(),
+            checkpoint: Some(self.checkpoint()),
+            best: None,
+        })
+    }
+
+    fn checkpoint(&mut self) -> Vec<u8> {
+        self.saved = Instant::now();
+        self.search.checkpoint()
     }
 
     /// Returns the front, the best material first.

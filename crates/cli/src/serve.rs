@@ -8,12 +8,14 @@ use anyhow::{Context, Result};
 use brood_bench::{logging, output};
 use brood_protocol::Backend;
 use brood_server::{Server, ServerConfig};
+use brood_storage::DatabaseAddress;
 use clap::Args;
 use serde_json::json;
 use tokio_util::sync::CancellationToken;
 
 use crate::place::{self, DataPlace};
 use crate::supervisor::{self, WorkerPlan};
+use crate::worker::default_name;
 
 /// Options of `brood serve`.
 #[derive(Debug, Args)]
@@ -33,6 +35,9 @@ pub struct ServeArgs {
     /// Largest size of the cache of rendered pictures in MiB
     #[arg(long, value_name = "MIB", env = "BROOD_CACHE_MIB", default_value_t = 1024)]
     pub cache_mib: u64,
+    /// Connections to PostgreSQL for reads and writes; a server holds four more
+    #[arg(long, value_name = "N", env = "BROOD_DATABASE_CONNECTIONS", default_value_t = 24, value_parser = clap::value_parser!(u32).range(2..=1000))]
+    pub database_connections: u32,
     /// Additional host name to answer to, besides localhost; may be given several times, or as a
     /// list with commas
     #[arg(
@@ -75,16 +80,19 @@ fn raise_file_limit() {
 async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
     #[cfg(unix)]
     raise_file_limit();
+    let connected =
+        |database: DatabaseAddress| database.with_connections(args.database_connections);
     let config = ServerConfig {
         cache_mib: args.cache_mib,
         allow_hosts: args.allow_hosts.clone(),
         backend: args.backend,
         web_dir: args.web_dir.clone(),
-        database: args.place.database.clone(),
+        database: args.place.database.clone().map(connected),
         ..ServerConfig::new(args.listen, place::data_dir(args.place.data.as_ref())?)
     };
     // Before the printed line: its reader may send a signal at once.
     let shutdown = shutdown_on_signal()?;
+    let is_shared = config.database.is_some();
     let server = Server::bind(config).await?;
     let address = server.local_addr();
     let url = format!("http://{address}");
@@ -95,18 +103,40 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
     }
     let plan = WorkerPlan {
         server: format!("http://{}", reachable(address)),
+        // Other servers of the database have workers of their own.
+        prefix: is_shared.then(|| default_name() + "-").unwrap_or_default(),
         token: server.worker_token(),
         backend: args.backend,
         threads: threads_each(args.workers),
         searches: false,
         worker_reaper: server.worker_reaper(),
+        shutdown: shutdown.clone(),
     };
+    let (drain, stop, leaving) =
+        (CancellationToken::new(), CancellationToken::new(), server.leaving());
+    // Workers also stop if this function ends early.
+    let _guards = [shutdown.clone(), stop.clone()].map(CancellationToken::drop_guard);
+    let searches = supervisor::supervise_searches(args.workers, plan.clone(), shutdown.clone());
+    let searches = tokio::spawn({
+        let (drain, shutdown) = (drain.clone().drop_guard(), shutdown.clone());
+        async move {
+            let left = async {
+                shutdown.cancelled().await;
+                leaving.cancel();
+            };
+            // The searches report their checkpoints, then the server drains, even after a panic.
+            tokio::join!(searches, left);
+            drop(drain);
+        }
+    });
     // Workers stop after the server has drained, so that pending renders are still done.
-    let stop = CancellationToken::new();
     let workers = tokio::spawn(supervisor::supervise(args.workers, plan, stop.clone()));
-    let result = server.run(shutdown).await;
+    let result = server.run(drain).await;
+    // The server may have stopped by itself.
+    shutdown.cancel();
     stop.cancel();
-    workers.await.context("stop the workers")?;
+    let (searches, workers) = tokio::join!(searches, workers);
+    searches.and(workers).context("stop the workers")?;
     Ok(result?)
 }
 

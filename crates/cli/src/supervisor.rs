@@ -3,8 +3,9 @@
 //!
 //! A worker's stdin is a pipe from the supervisor, and the worker exits when it closes; so no
 //! worker outlives its server, even if the server is killed. Its stdout is a pipe to the
-//! supervisor, by which it shows that it runs. The token is passed in the
-//! environment, which other users of the machine cannot read.
+//! supervisor, by which it shows that it runs. The token is passed in the environment, which other
+//! users of the machine cannot read. Each worker has a process group of its own: Ctrl-C in a
+//! terminal reaches the server alone, which then stops the workers in order.
 
 use std::num::NonZeroUsize;
 use std::process::{ExitStatus, Stdio};
@@ -31,12 +32,16 @@ const SILENT: Duration = Duration::from_secs(4);
 const SEARCHER_SILENT: Duration = Duration::from_secs(30);
 /// Time for a worker to exit before it is killed.
 const STOP_TIMEOUT: Duration = Duration::from_secs(5);
+/// Time between the exit of a worker and the stop of the server by one signal to all processes.
+const SIGNAL_DELAY: Duration = Duration::from_millis(500);
 
 /// Settings of the local workers.
 #[derive(Clone)]
 pub struct WorkerPlan {
     /// URL of the server.
     pub server: String,
+    /// Start of the names of the workers, unique among the servers of a database.
+    pub prefix: String,
     /// Token of scope work.
     pub token: String,
     /// Evaluator.
@@ -47,20 +52,27 @@ pub struct WorkerPlan {
     pub searches: bool,
     /// Notified of each worker that died.
     pub worker_reaper: WorkerReaper,
+    /// Cancelled by the signal that stops the server, before the workers are stopped.
+    pub shutdown: CancellationToken,
 }
 
-/// Keeps `workers` rendering workers running until `stop`, plus one search worker if there is at
-/// least one, then stops them.
+/// Keeps `workers` rendering workers running until `stop`, then stops them.
 pub async fn supervise(workers: u16, plan: WorkerPlan, stop: CancellationToken) {
     let mut tasks = JoinSet::new();
     for number in 1..=workers {
-        tasks.spawn(keep(format!("local-{number}"), plan.clone(), stop.clone()));
-    }
-    if workers > 0 {
-        let plan = WorkerPlan { searches: true, threads: None, ..plan };
-        tasks.spawn(keep("search-1".to_owned(), plan, stop.clone()));
+        let name = format!("{}local-{number}", plan.prefix);
+        tasks.spawn(keep(name, plan.clone(), stop.clone()));
     }
     while tasks.join_next().await.is_some() {}
+}
+
+/// Keeps a worker that searches running until `stop` if there is at least one that renders, then
+/// stops it.
+pub async fn supervise_searches(workers: u16, plan: WorkerPlan, stop: CancellationToken) {
+    if workers > 0 {
+        let name = format!("{}search-1", plan.prefix);
+        keep(name, WorkerPlan { searches: true, threads: None, ..plan }, stop).await;
+    }
 }
 
 /// Runs one worker until `stop`: starts it again when it dies, after a delay that grows while
@@ -77,17 +89,26 @@ async fn keep(name: String, plan: WorkerPlan, stop: CancellationToken) {
                 let limit = if plan.searches { SEARCHER_SILENT } else { SILENT };
                 tokio::select! {
                     ended = child.wait() => {
-                        report(&name, ended);
-                        plan.worker_reaper.requeue_jobs_of(&name).await;
+                        let is_stop = is_stop(&ended, &plan.shutdown).await;
+                        plan.worker_reaper.requeue_jobs_of(&name, is_stop).await;
+                        match is_stop {
+                            true if plan.searches => return,
+                            // The server still needs workers that render.
+                            true => tracing::debug!(name, "worker was stopped; restarting it"),
+                            false => report(&name, ended),
+                        }
                     }
                     () = silent(stdout, limit) => {
                         tracing::warn!(name, "worker no longer reports that it runs; replacing it");
                         kill(&name, child).await;
-                        plan.worker_reaper.requeue_jobs_of(&name).await;
+                        plan.worker_reaper.requeue_jobs_of(&name, false).await;
                     }
                     () = stop.cancelled() => {
                         drop(stdin);
-                        return end(&name, child).await;
+                        end(&name, child).await;
+                        // A killed worker has returned nothing. If the server has ended, its own
+                        // end has requeued the jobs, and this does nothing.
+                        return plan.worker_reaper.requeue_jobs_of(&name, true).await;
                     }
                 }
             }
@@ -113,6 +134,8 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .kill_on_drop(true);
+    #[cfg(unix)]
+    command.process_group(0);
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // Without this, Vulkan drivers print warnings about the missing directory on servers.
         command.env("XDG_RUNTIME_DIR", std::env::temp_dir());
@@ -124,6 +147,13 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
         command.args(["--threads", &threads.to_string()]);
     }
     command.spawn().context("start a worker")
+}
+
+/// True if a worker has exited by a signal that stops the server too, such as one to all processes
+/// of a container. The server may receive it a little later.
+async fn is_stop(ended: &std::io::Result<ExitStatus>, shutdown: &CancellationToken) -> bool {
+    ended.as_ref().is_ok_and(ExitStatus::success)
+        && timeout(SIGNAL_DELAY, shutdown.cancelled()).await.is_ok()
 }
 
 fn report(name: &str, ended: std::io::Result<ExitStatus>) {
@@ -158,5 +188,22 @@ async fn silent(stdout: Option<ChildStdout>, limit: Duration) {
             Ok(_) => std::future::pending().await,
             Err(_) => return,
         }
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::process::ExitStatusExt;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn exit_of_a_worker_is_a_stop_only_without_error_and_while_the_server_stops() {
+        let shutdown = CancellationToken::new();
+        let exit = |status| Ok(ExitStatus::from_raw(status));
+        assert!(!is_stop(&exit(0), &shutdown).await);
+        shutdown.cancel();
+        assert!(is_stop(&exit(0), &shutdown).await);
+        assert!(!is_stop(&exit(9), &shutdown).await);
     }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result};
 use brood_bench::logging;
-use brood_protocol::{Backend, TOKEN_VARIABLE};
+use brood_protocol::{Backend, TOKEN_VARIABLE, random_bytes};
 use brood_worker::{SearcherConfig, WorkerConfig};
 use clap::Args;
 use tokio_util::sync::CancellationToken;
@@ -31,7 +31,7 @@ pub struct WorkerArgs {
     /// Evaluator: auto, cpu, gpu or reference
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     backend: Backend,
-    /// Name of the worker; by default the host name and the process id
+    /// Name of the worker; by default the host name and a random number
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
     /// Number of threads; all cores by default
@@ -121,7 +121,20 @@ fn beat() {
     }
 }
 
-fn default_name() -> String {
+/// Returns a name for this process, unique among all machines. Containers may have the same host
+/// name and the same process ids.
+pub fn default_name() -> String {
     let host = std::env::var("HOSTNAME").ok().filter(|name| !name.is_empty());
-    format!("{}-{}", host.as_deref().unwrap_or("worker"), std::process::id())
+    let number = random_bytes().map_or_else(|_| std::process::id(), u32::from_be_bytes);
+    format!("{}-{number:08x}", host.as_deref().unwrap_or("worker"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_names_differ_when_host_and_process_are_the_same() {
+        assert_ne!(default_name(), default_name());
+    }
 }

@@ -1,5 +1,7 @@
 //! HTTP client of the lease protocol, for workers.
 
+use std::collections::BTreeSet;
+use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 
 use brood_mesh::Mesh;
@@ -59,14 +61,37 @@ impl WorkerClient {
     /// # Errors
     /// Returns [`ClientError::Transport`] if the TLS backend cannot be initialised.
     pub fn new(server: &str, token: &str) -> Result<Self, ClientError> {
-        let http = reqwest::Client::builder()
-            .connect_timeout(Duration::from_secs(5))
-            .timeout(Duration::from_secs(60))
-            .tcp_nodelay(true)
-            .no_proxy()
-            .build()?;
         let server = server.trim_end_matches('/').to_owned();
-        Ok(Self { http, server, token: token.to_owned() })
+        Ok(Self { http: http().build()?, server, token: token.to_owned() })
+    }
+
+    /// Returns the addresses of the servers behind the name in the URL, of both versions of IP,
+    /// sorted. Empty if the URL has an address or `localhost`, and if the name cannot be resolved
+    /// now.
+    pub async fn addresses(&self) -> Vec<IpAddr> {
+        let Some((name, port)) = self.name() else { return Vec::new() };
+        let found = tokio::net::lookup_host((name.as_str(), port)).await;
+        let found: BTreeSet<_> = found.into_iter().flatten().map(|found| found.ip()).collect();
+        found.into_iter().collect()
+    }
+
+    /// Returns a client of the server at one of [`addresses`](Self::addresses).
+    ///
+    /// # Errors
+    /// Returns [`ClientError::Transport`] if the TLS backend cannot be initialised.
+    pub fn at(&self, address: IpAddr) -> Result<Self, ClientError> {
+        let name = self.name().map_or_else(String::new, |(name, _)| name);
+        // The port is that of the URL.
+        let http = http().resolve(&name, SocketAddr::new(address, 0)).build()?;
+        Ok(Self { http, ..self.clone() })
+    }
+
+    /// Returns name and port of the URL, unless it has an address.
+    fn name(&self) -> Option<(String, u16)> {
+        let url = reqwest::Url::parse(&self.server).ok()?;
+        let (name, port) = (url.host_str()?, url.port_or_known_default()?);
+        let is_address = name.trim_matches(['[', ']']).parse::<IpAddr>().is_ok();
+        (!is_address && name != "localhost").then(|| (name.to_owned(), port))
     }
 
     /// Returns the URL of the server.
@@ -210,6 +235,50 @@ impl WorkerClient {
     }
 }
 
+fn http() -> reqwest::ClientBuilder {
+    reqwest::Client::builder()
+        .connect_timeout(Duration::from_secs(5))
+        .timeout(Duration::from_secs(60))
+        .tcp_nodelay(true)
+        .no_proxy()
+}
+
 async fn read<T: DeserializeOwned>(response: reqwest::Response) -> Result<T, ClientError> {
     Ok(decode(&response.bytes().await?)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Read as _, Write as _};
+
+    use super::*;
+    use crate::ExportRequest;
+
+    #[tokio::test]
+    async fn client_at_an_address_connects_there_and_names_the_host() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        let server = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().unwrap();
+            let mut head = vec![0; 4096];
+            let length = stream.read(&mut head).unwrap();
+            stream.write_all(b"HTTP/1.1 204 No Content\r\n\r\n").unwrap();
+            String::from_utf8_lossy(&head[..length]).to_lowercase()
+        });
+        let client = WorkerClient::new(&format!("http://brood.test:{port}"), "").unwrap();
+        let own = client.at(IpAddr::from([127, 0, 0, 1])).unwrap();
+        let request = ExportRequest { worker: "test".to_owned(), wait_ms: 0 };
+        assert!(own.claim(&request).await.unwrap().is_none());
+        let head = server.join().unwrap();
+        assert!(head.contains(&format!("host: brood.test:{port}\r\n")), "{head}");
+    }
+
+    #[tokio::test]
+    async fn only_names_are_resolved() {
+        let addresses = async |url: &str| WorkerClient::new(url, "").unwrap().addresses().await;
+        for url in ["http://127.0.0.1:7320", "http://[::1]:7320", "http://localhost", "nonsense"] {
+            assert!(addresses(url).await.is_empty(), "{url}");
+        }
+        assert!(addresses("http://nothing.invalid:7320").await.is_empty());
+    }
 }

@@ -14,13 +14,13 @@ use crate::{
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version, in base 36.
-const MAGIC: &[u8; 8] = b"brood/b\n";
+const MAGIC: &[u8; 8] = b"brood/c\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/b")]
+    #[error("the message must begin with the protocol version brood/c")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]

@@ -218,8 +218,9 @@ pub struct SearchAnswer {
     pub best: Option<FoundMaterial>,
     /// Search time in seconds, without pauses and restarts.
     pub seconds: f64,
-    /// Hash of the search state. It depends on the samples, the options and the generation alone,
-    /// so it is unchanged by pauses and restarts.
+    /// Hash of the search state at the last checkpoint, which a worker reports about every ten
+    /// seconds and at the end. It depends on the samples, the options and the generation
+    /// alone, so it is unchanged by pauses and restarts.
     pub population: Option<String>,
     /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,

@@ -119,6 +119,8 @@ pub struct MeasuredMaterial {
 pub struct SearchReport {
     /// Ticket of the lease.
     pub ticket: SearchTicket,
+    /// Time since the grant by the worker's clock, in milliseconds.
+    pub held_ms: u64,
     /// Progress or end of the search.
     pub update: SearchUpdate,
 }
@@ -126,13 +128,13 @@ pub struct SearchReport {
 /// Progress or end of a search.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum SearchUpdate {
-    /// Completed generations and the state after the last one.
+    /// Completed generations, or a checkpoint after those that have been reported.
     Generations {
         /// One line per generation.
         lines: Vec<GenerationLine>,
-        /// Checkpoint after the last generation.
-        #[serde(with = "crate::lease::octets")]
-        checkpoint: Vec<u8>,
+        /// Checkpoint after the last generation: every ten seconds, with a material, at the end of
+        /// the budget, on [`Directive::Yield`], and when the worker stops.
+        checkpoint: Option<Vec<u8>>,
         /// Best material, if it is notably better than the recorded one.
         best: Option<MeasuredMaterial>,
     },
@@ -181,6 +183,8 @@ pub struct CalibratedView {
 pub enum Directive {
     /// Continue the search.
     Continue,
-    /// Stop: the search has ended, or another search has waited for a full time slice.
+    /// Report a checkpoint: the search was paused, or another one has waited for a full time slice.
+    Yield,
+    /// Stop: the search has ended, was paused, or another one has waited for a full time slice.
     Stop,
 }

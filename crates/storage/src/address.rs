@@ -7,7 +7,13 @@ use std::fmt;
 /// (`PGHOST`, `PGPASSFILE` and so on). Any text is accepted here and checked when it is used, so
 /// that no parser repeats it in an error. Printing it leaves the password out.
 #[derive(Clone, PartialEq, Eq)]
-pub struct DatabaseAddress(String);
+pub struct DatabaseAddress {
+    text: String,
+    connections: u32,
+}
+
+/// Connections of a server for reads and writes, by default.
+const CONNECTIONS: u32 = 24;
 
 /// Parameters after `?`. sqlx would log the value of another one.
 const PARAMETERS: [&str; 20] = [
@@ -35,31 +41,42 @@ const PARAMETERS: [&str; 20] = [
 
 impl From<String> for DatabaseAddress {
     fn from(text: String) -> Self {
-        Self(text)
+        Self { text, connections: CONNECTIONS }
     }
 }
 
 impl DatabaseAddress {
     /// Returns the address with its password.
     pub(crate) fn as_str(&self) -> &str {
-        &self.0
+        &self.text
+    }
+
+    /// Sets the number of connections of a server for reads and writes, 24 by default.
+    #[must_use]
+    pub fn with_connections(self, connections: u32) -> Self {
+        Self { connections, ..self }
+    }
+
+    /// Number of connections of a server for reads and writes.
+    pub(crate) fn connections(&self) -> u32 {
+        self.connections
     }
 
     /// True if it begins as an address of PostgreSQL.
     pub(crate) fn is_of_postgres(&self) -> bool {
-        ["postgres://", "postgresql://"].iter().any(|start| self.0.starts_with(start))
+        ["postgres://", "postgresql://"].iter().any(|start| self.text.starts_with(start))
     }
 
     /// Returns the name of a parameter that is not known.
     pub(crate) fn unknown_parameter(&self) -> Option<&str> {
-        let (_, parameters) = self.0.split_once('?')?;
+        let (_, parameters) = self.text.split_once('?')?;
         let names = parameters.split('&').map(|one| one.split('=').next().unwrap_or_default());
         names.into_iter().find(|name| !PARAMETERS.contains(name))
     }
 
     /// Returns user, host and database; `None` if it is unclear where the password is.
     fn shown(&self) -> Option<String> {
-        let (scheme, rest) = self.0.split_once("://").filter(|_| self.is_of_postgres())?;
+        let (scheme, rest) = self.text.split_once("://").filter(|_| self.is_of_postgres())?;
         let end = rest.find(['/', '?', '#']).unwrap_or(rest.len());
         let (authority, path) = rest.split_at(end);
         let path = path.split(['?', '#']).next().unwrap_or_default();

@@ -41,7 +41,7 @@ pub enum StorageError {
     #[error("the queue is full")]
     QueueFull,
     /// Another process has locked the data directory or the database.
-    #[error("another brood server is using this data directory or database")]
+    #[error("another brood server is using this data directory, or a copy is made of its database")]
     Locked,
     /// The store is closed.
     #[error("the store is closed")]

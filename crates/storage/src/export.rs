@@ -1,22 +1,22 @@
 //! Exports as jobs: create, read, cancel, expire, and the workers' side: claim, file, failure,
 //! release. Owner of the tables `export` and `export_file`; each transition is a compare-and-set on
-//! id, epoch and state. The files themselves are the caller's: a row of a file gets its size once
-//! the file is on disk.
+//! id, epoch and state. With SQLite, the files themselves are the caller's: a row of a file gets
+//! its size once the file is on disk. With PostgreSQL, `export_file` stores them with their rows.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use brood_genome::GenomeHash;
 use brood_protocol::{JobId, JobStatus};
 
+use crate::clock::steady_ms;
 use crate::column::Key;
 use crate::error::{LEASE_ENDED, Result, changed};
+use crate::lease::{EndedLease, LeasedTable, LostLeases};
 use crate::row::{Record, insert_rows, record, returning, select, signed, values};
 use crate::sql::{Conn, query};
 use crate::write::operation;
-use crate::{Idempotency, StorageError, Store, idempotency};
-
-/// An export fails after this many consecutive worker deaths without a new file.
-const MAX_DEATHS: i64 = 3;
+use crate::{Idempotency, StorageError, Store, export_file, idempotency, lease};
 
 /// Export to be stored.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,7 +77,7 @@ record! {
 }
 
 record! {
-    /// File on disk.
+    /// File that is made.
     #[derive(Debug, Clone, PartialEq, Eq)]
     pub struct StoredExportFile {
         /// Number within the archive.
@@ -105,25 +105,12 @@ record! {
     }
 }
 
-const CLAIM: &str = "UPDATE export SET state = 'running', epoch = epoch + 1, worker = ?1,
-        started_ms = coalesce(started_ms, ?2)
-    WHERE id = (SELECT id FROM export WHERE state = 'queued' ORDER BY id LIMIT 1
-        /*pg: FOR UPDATE SKIP LOCKED*/)";
-/// Parameters: 1 if the worker died, else 0; limit of deaths; time; id; epoch.
-const RELEASE: &str = "UPDATE export SET
-        deaths = deaths + ?1,
-        epoch = epoch + 1,
-        state = CASE WHEN deaths + ?1 >= ?2 THEN 'failed' ELSE 'queued' END,
-        reason = CASE WHEN deaths + ?1 >= ?2 THEN 'worker_lost' END,
-        ended_ms = CASE WHEN deaths + ?1 >= ?2 THEN ?3 END,
-        worker = NULL
-    WHERE id = ?4 AND epoch = ?5 AND state = 'running'";
 /// Ends a lease without a result. Parameters: state; reason; time; id; epoch or NULL for any.
 const END: &str = "UPDATE export SET state = ?1, reason = ?2, ended_ms = ?3, epoch = epoch + 1,
-        worker = NULL
+        worker = NULL, lease_until_ms = NULL
     WHERE id = ?4 AND (?5 IS NULL OR epoch = ?5) AND state IN ('queued', 'running')";
 const SUCCEED: &str = "UPDATE export SET state = 'succeeded', ended_ms = ?1, epoch = epoch + 1,
-        worker = NULL
+        worker = NULL, lease_until_ms = NULL
     WHERE id = ?2 AND NOT EXISTS (
         SELECT 1 FROM export_file WHERE export_id = ?2 AND bytes IS NULL)";
 
@@ -144,7 +131,7 @@ impl Store {
         fetch(&mut self.reader().await?, id).await
     }
 
-    /// Returns the plan of an export and its files on disk, by number.
+    /// Returns the plan of an export and its files that are made, by number.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
@@ -188,15 +175,28 @@ impl Store {
         self.state_counts("SELECT state, count(*) AS jobs FROM export GROUP BY state", states).await
     }
 
-    /// Leases the oldest queued export. Returns `None` if there is none.
+    /// Leases the oldest queued export, for this time unless it is renewed. Returns `None` if there
+    /// is none.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
-    pub async fn claim_export(&self, worker: &str, now_ms: i64) -> Result<Option<ClaimedExport>> {
-        let worker = worker.to_owned();
+    pub async fn claim_export(
+        &self,
+        worker: &str,
+        ttl: Duration,
+        now_ms: i64,
+    ) -> Result<Option<ClaimedExport>> {
+        let sql = format!(
+            "UPDATE export SET state = 'running', epoch = epoch + 1, worker = ?2,
+                 started_ms = coalesce(started_ms, ?3), lease_until_ms = {} + ?4
+             WHERE id = (SELECT id FROM export WHERE state = 'queued' ORDER BY id LIMIT 1
+                 /*pg: FOR UPDATE SKIP LOCKED*/)",
+            lease::now(1)
+        );
+        let claim = returning::<ClaimedExport>(&sql).bind(steady_ms()).bind(worker.to_owned());
+        let claim = claim.bind(now_ms).bind(lease::ttl_ms(ttl));
         self.write_relaxed(operation!(|conn| {
-            let query = returning::<ClaimedExport>(CLAIM).bind(worker).bind(now_ms);
-            let Some(row) = query.fetch_optional(conn).await? else { return Ok(None) };
+            let Some(row) = claim.fetch_optional(conn).await? else { return Ok(None) };
             let mut claimed = ClaimedExport::read(&row)?;
             let missing = select::<NewExportFile>(
                 "FROM export_file WHERE export_id = ? AND bytes IS NULL ORDER BY number",
@@ -209,7 +209,16 @@ impl Store {
         .await
     }
 
-    /// Records a file that is on disk. The export succeeds with its last file.
+    /// Renews the lease of an export.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Conflict`] if the epoch is stale.
+    pub async fn renew_export(&self, id: JobId, epoch: u64, ttl: Duration) -> Result<()> {
+        lease::renew(self, LeasedTable::Export, (id, epoch), ttl).await
+    }
+
+    /// Records a file that is on disk, or stores `content` as the file. The export succeeds with
+    /// its last file; until then its lease lasts for this time.
     ///
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the epoch is stale, [`StorageError::NotFound`] if the
@@ -218,12 +227,21 @@ impl Store {
         &self,
         (id, epoch): (JobId, u64),
         file: StoredExportFile,
-        now_ms: i64,
+        content: Option<Vec<u8>>,
+        (ttl, now_ms): (Duration, i64),
     ) -> Result<StoredExport> {
+        let held = format!(
+            "UPDATE export SET deaths = 0, lease_until_ms = {} + ?2
+             WHERE id = ?3 AND epoch = ?4 AND state = 'running'",
+            lease::now(1)
+        );
         self.write(operation!(|conn| {
-            let held = "UPDATE export SET deaths = 0
-                WHERE id = ? AND epoch = ? AND state = 'running'";
-            let held = query(held).bind(id.key()).bind(signed(epoch));
+            // Before the row is locked: a large file takes long, in which the lease is renewed.
+            if let Some(content) = &content {
+                export_file::put(conn, (id, file.number), content).await?;
+            }
+            let held = query(held).bind(steady_ms()).bind(lease::ttl_ms(ttl));
+            let held = held.bind(id.key()).bind(signed(epoch));
             changed(held.execute(conn).await?, LEASE_ENDED)?;
             let made = "UPDATE export_file SET bytes = ?, note = ?
                 WHERE export_id = ? AND number = ?";
@@ -259,21 +277,27 @@ impl Store {
         .await
     }
 
-    /// Cancels a queued or running export, and forgets its files. Returns the changed export; as
-    /// the inner error its state, if it has ended.
+    /// Cancels a queued or running export, with the idempotency record of the request, and forgets
+    /// its files. Returns the changed export; as the inner error its state, if it has ended.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if it does not exist.
+    /// Returns [`StorageError::NotFound`] if it does not exist, [`StorageError::Conflict`] if the
+    /// idempotency key is in use.
     pub async fn cancel_export(
         &self,
         id: JobId,
+        idempotency: Option<Idempotency>,
         now_ms: i64,
     ) -> Result<Result<StoredExport, JobStatus>> {
         self.write(operation!(|conn| {
             let cancelled = (JobStatus::Cancelled, None);
             let done = end(conn, (id, None), cancelled, now_ms).await?;
             let export = fetch(conn, id).await?;
-            Ok(if done == 0 { Err(export.state) } else { Ok(export) })
+            if done == 0 {
+                return Ok(Err(export.state));
+            }
+            idempotency::insert(conn, idempotency.as_ref(), now_ms).await?;
+            Ok(Ok(export))
         }))
         .await
     }
@@ -290,38 +314,42 @@ impl Store {
         now_ms: i64,
     ) -> Result<StoredExport> {
         self.write_relaxed(operation!(|conn| {
-            let done = query(RELEASE)
-                .bind(i64::from(worker_died))
-                .bind(MAX_DEATHS)
-                .bind(now_ms)
-                .bind(id.key())
-                .bind(signed(epoch))
-                .execute(conn)
-                .await?;
-            changed(done, LEASE_ENDED)?;
-            let export = fetch(conn, id).await?;
-            if export.state == JobStatus::Failed {
-                forget_all(conn, id).await?;
-            }
-            Ok(export)
+            lease::release(conn, LeasedTable::Export, (id, epoch), worker_died, now_ms).await?;
+            fetch_returned(conn, id).await
         }))
         .await
     }
 
-    /// Returns all leased exports to the queue, at the start of the server. Returns their number.
+    /// Returns the exports of lost leases to their queue, as [`release_export`] does. Returns the
+    /// leases and the changed exports.
+    ///
+    /// [`release_export`]: Self::release_export
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the write fails.
-    pub async fn requeue_all_exports(&self) -> Result<u64> {
-        self.write_relaxed(operation!(|conn| {
-            let sql = "UPDATE export SET state = 'queued', epoch = epoch + 1, worker = NULL
-                           WHERE state = 'running'";
-            query(sql).execute(conn).await
-        }))
-        .await
+    /// Returns a [`StorageError`] if the read or the write fails.
+    pub async fn end_export_leases(
+        &self,
+        lost: LostLeases,
+        now_ms: i64,
+    ) -> Result<Vec<(EndedLease, StoredExport)>> {
+        let Some(death) = lease::any_lost(self, LeasedTable::Export, &lost).await? else {
+            return Ok(Vec::new());
+        };
+        let ended = self.write_relaxed(operation!(|conn| {
+            let mut ended = Vec::new();
+            let lost = (&lost, death);
+            for lease in lease::end_lost(conn, LeasedTable::Export, lost, now_ms).await? {
+                let export = fetch_returned(conn, lease.id).await?;
+                ended.push((lease, export));
+            }
+            Ok(ended)
+        }));
+        let ended = ended.await;
+        self.lease_faults().note(&ended);
+        ended
     }
 
-    /// Deletes an export that has ended. Its files are the caller's to delete.
+    /// Deletes an export that has ended. The caller deletes its files.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if there is no such export, or it has not ended.
@@ -333,21 +361,28 @@ impl Store {
         .await
     }
 
-    /// Forgets files of an export that are not on disk any more, so that they are made again.
+    /// Forgets lost files of an export that has succeeded, so that they are made again. Changes
+    /// nothing if the export has another epoch.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the write fails.
-    pub async fn forget_export_files(&self, id: JobId, numbers: Vec<u32>) -> Result<()> {
+    pub async fn forget_export_files(
+        &self,
+        (id, epoch): (JobId, u64),
+        numbers: Vec<u32>,
+    ) -> Result<()> {
         self.write(operation!(|conn| {
+            let sql = "UPDATE export SET state = 'queued', epoch = epoch + 1, ended_ms = NULL
+                WHERE id = ? AND epoch = ? AND state = 'succeeded'";
+            if query(sql).bind(id.key()).bind(signed(epoch)).execute(conn).await? == 0 {
+                return Ok(());
+            }
             for number in numbers {
                 let sql = "UPDATE export_file SET bytes = NULL, note = NULL
                     WHERE export_id = ? AND number = ?";
                 query(sql).bind(id.key()).bind(number).execute(conn).await?;
+                export_file::remove(conn, (id, number)).await?;
             }
-            let sql = "UPDATE export SET state = 'queued', epoch = epoch + 1, ended_ms = NULL
-                WHERE id = ? AND state = 'succeeded' AND EXISTS (
-                    SELECT 1 FROM export_file WHERE export_id = export.id AND bytes IS NULL)";
-            query(sql).bind(id.key()).execute(conn).await?;
             Ok(())
         }))
         .await
@@ -408,6 +443,16 @@ async fn forget_all(conn: &mut Conn, id: JobId) -> Result<()> {
     let sql = "UPDATE export_file SET bytes = NULL, note = NULL WHERE export_id = ?";
     query(sql).bind(id.key()).execute(conn).await?;
     Ok(())
+}
+
+/// Reads an export that was returned to its queue. If it has failed instead, its files are
+/// forgotten.
+async fn fetch_returned(conn: &mut Conn, id: JobId) -> Result<StoredExport> {
+    let export = fetch(conn, id).await?;
+    if export.state == JobStatus::Failed {
+        forget_all(conn, id).await?;
+    }
+    Ok(export)
 }
 
 async fn fetch(conn: &mut Conn, id: JobId) -> Result<StoredExport> {

@@ -14,7 +14,7 @@ use brood_protocol::{IndividualId, Lineage, LineageId, ParentRef, PatchIndividua
 use crate::column::Key;
 use crate::error::{Result, changed};
 use crate::genome::Bases;
-use crate::lineage;
+use crate::lineage::{self, Unfinished};
 use crate::slice::Pace;
 use crate::sql::{Conn, GenomeUse, query};
 use crate::write::{Durability, operation};
@@ -60,7 +60,7 @@ impl Store {
             if imported.is_err()
                 && let Err(error) = store.remove_lineage(id).await
             {
-                tracing::warn!(%id, %error, "a failed import is removed at the next start");
+                tracing::warn!(%id, %error, "a failed import is removed later");
             }
             imported
         });
@@ -89,13 +89,17 @@ impl Store {
             pace.adapt(
                 self.write_slice(Durability::ProcessDeath, || {
                     let (new, slice) = (new.clone(), slice.clone());
-                    operation!(|conn| insert_marks(conn, &new.marks[slice]).await)
+                    operation!(|conn| {
+                        lineage::renew_unfinished(conn, new.lineage.id, Unfinished::Import).await?;
+                        insert_marks(conn, &new.marks[slice]).await
+                    })
                 })
                 .await?,
             );
         }
         self.write(operation!(|conn| {
             let lineage = &new.lineage;
+            lineage::renew_unfinished(conn, lineage.id, Unfinished::Import).await?;
             idempotency::insert(conn, new.idempotency.as_ref(), lineage.created_ms).await?;
             if let Some(cover) = new.cover {
                 lineage::set_cover(conn, lineage.id, cover).await?;
@@ -106,12 +110,18 @@ impl Store {
         .await
     }
 
-    /// Returns the lineages whose import or removal the last process did not finish.
+    /// Takes over the lineages whose import or removal was left by the server that had begun it.
+    /// With `all`, and on SQLite alone, those that the last process did not finish.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the read fails.
-    pub async fn unfinished_lineages(&self) -> Result<Vec<LineageId>> {
-        lineage::unfinished(&mut self.reader().await?).await
+    /// Returns a [`StorageError`] if the write fails.
+    pub async fn take_unfinished_lineages(&self, all: bool) -> Result<Vec<LineageId>> {
+        let any = query("SELECT EXISTS (SELECT 1 FROM unfinished_lineage)");
+        let any: bool = any.fetch_value(&mut self.reader().await?).await?;
+        if !any {
+            return Ok(Vec::new());
+        }
+        self.write(operation!(|conn| lineage::take_unfinished(conn, all).await)).await
     }
 }
 
@@ -130,7 +140,7 @@ fn generations_of(generations: &[NewGeneration], start: usize, individuals: u32)
 
 async fn insert_unfinished(conn: &mut Conn, new: &Lineage) -> Result<()> {
     lineage::insert(conn, new).await?;
-    lineage::set_unfinished(conn, new.id).await
+    lineage::set_unfinished(conn, new.id, Unfinished::Import).await
 }
 
 async fn insert_generations(
@@ -140,6 +150,7 @@ async fn insert_generations(
 ) -> Result<Duration> {
     let start = Instant::now();
     conn.lock_genomes(GenomeUse::Birth).await?;
+    lineage::renew_unfinished(conn, new.lineage.id, Unfinished::Import).await?;
     for one in &new.generations[slice] {
         let own = one.parents.iter().filter_map(|parent| match parent {
             ParentRef::Genome(hash) => new.genomes.get(hash).cloned(),

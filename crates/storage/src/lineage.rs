@@ -3,16 +3,23 @@
 
 use std::fmt;
 use std::str::FromStr;
+use std::time::Duration;
 
 use brood_protocol::{IndividualId, Lineage, LineageId, PatchLineage};
 
+use crate::clock::steady_ms;
 use crate::column::{Key, optional_key};
 use crate::error::{Result, changed};
 use crate::idempotency::{self, Idempotency};
+use crate::lease;
 use crate::row::{Record, key_set, record, select, signed};
 use crate::sql::{Conn, query};
 use crate::write::operation;
 use crate::{StorageError, Store};
+
+/// Time after which the server of an import or a removal is taken for dead. A slice takes
+/// milliseconds, but may wait.
+const UNFINISHED: Duration = Duration::from_secs(60);
 
 /// Position in the list of lineages: after the lineage it names, even if that has been removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -283,22 +290,81 @@ pub(crate) async fn lock(conn: &mut Conn, id: LineageId) -> Result<()> {
     Ok(())
 }
 
-/// Hides a lineage from all lists until its import or removal is finished.
+/// Work on an unfinished lineage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unfinished {
+    Import,
+    Removal,
+}
+
+impl Unfinished {
+    /// Error if another server, or another request to this one, has removed the lineage or begun
+    /// to.
+    fn removed(self) -> StorageError {
+        match self {
+            Self::Import => StorageError::Conflict { what: "another server removes the lineage" },
+            Self::Removal => StorageError::NotFound,
+        }
+    }
+}
+
+/// Hides a lineage from all lists until its import or removal is finished. Other servers leave it
+/// to this one until [`UNFINISHED`] after the last [`renew_unfinished`].
 ///
 /// # Errors
 /// Returns [`StorageError::NotFound`] if it does not exist.
-pub(crate) async fn set_unfinished(conn: &mut Conn, id: LineageId) -> Result<()> {
+pub(crate) async fn set_unfinished(conn: &mut Conn, id: LineageId, work: Unfinished) -> Result<()> {
     let hide = query("UPDATE lineage SET hidden = TRUE WHERE id = ?").bind(id.key());
     changed(hide.execute(conn).await?, StorageError::NotFound)?;
-    let sql = "INSERT INTO unfinished_lineage (lineage_id) VALUES (?) ON CONFLICT DO NOTHING";
-    query(sql).bind(id.key()).execute(conn).await?;
+    let sql = format!(
+        "INSERT INTO unfinished_lineage (lineage_id, until_ms, removing) VALUES (?2, {} + ?3, ?4)
+         ON CONFLICT (lineage_id) DO UPDATE
+             SET until_ms = excluded.until_ms, removing = excluded.removing",
+        lease::now(1)
+    );
+    let set = query(sql).bind(steady_ms()).bind(id.key()).bind(lease::ttl_ms(UNFINISHED));
+    set.bind(work == Unfinished::Removal).execute(conn).await?;
     Ok(())
 }
 
-/// Reads the unfinished lineages.
-pub(crate) async fn unfinished(conn: &mut Conn) -> Result<Vec<LineageId>> {
-    let query = query("SELECT lineage_id FROM unfinished_lineage");
-    query.fetch_all(conn).await?.iter().map(|row| row.column("lineage_id")).collect()
+/// Says that the work on an unfinished lineage goes on. A removal ends an import: no generation is
+/// added to what it has left. Locks the row of the lineage before that of its end, as
+/// [`set_unfinished`] does.
+///
+/// # Errors
+/// Returns an error if the lineage is removed: [`StorageError::Conflict`] for an import,
+/// [`StorageError::NotFound`] for a removal.
+pub(crate) async fn renew_unfinished(
+    conn: &mut Conn,
+    id: LineageId,
+    work: Unfinished,
+) -> Result<()> {
+    match lock(conn, id).await {
+        Err(StorageError::NotFound) => return Err(work.removed()),
+        locked => locked?,
+    }
+    let sql = format!(
+        "UPDATE unfinished_lineage SET until_ms = {} + ?3, removing = ?4
+         WHERE lineage_id = ?2 AND (?4 OR NOT removing)",
+        lease::now(1)
+    );
+    let renew = query(sql).bind(steady_ms()).bind(id.key()).bind(lease::ttl_ms(UNFINISHED));
+    let renewed = renew.bind(work == Unfinished::Removal).execute(conn).await?;
+    changed(renewed, work.removed())
+}
+
+/// Takes over the unfinished lineages that their servers have left, to remove them. With `all`,
+/// those of a SQLite file that this process has just opened.
+pub(crate) async fn take_unfinished(conn: &mut Conn, all: bool) -> Result<Vec<LineageId>> {
+    let sql = format!(
+        "UPDATE unfinished_lineage SET until_ms = {} + ?3, removing = TRUE
+         WHERE until_ms <= {} RETURNING lineage_id",
+        lease::now(1),
+        lease::now(2)
+    );
+    let before = if all { i64::MAX } else { steady_ms() };
+    let take = query(sql).bind(steady_ms()).bind(before).bind(lease::ttl_ms(UNFINISHED));
+    take.fetch_all(conn).await?.iter().map(|row| row.column("lineage_id")).collect()
 }
 
 fn tags_json(tags: &[String]) -> String {

@@ -9,7 +9,7 @@ use std::path::Path;
 
 use crate::StorageError;
 use crate::address::DatabaseAddress;
-use crate::engine::postgres::Postgres;
+use crate::engine::postgres::{Postgres, Usage};
 use crate::engine::sqlite::Opened;
 use crate::error::Result;
 use crate::sql::{Conn, Query, SqlRow, Value, query};
@@ -17,8 +17,10 @@ use crate::write::operation;
 
 /// Tables in the order of their references, with the number of rows in a transaction and the
 /// columns: those of the key first, marked by `*`. A column that refers to a later table is marked
-/// by `>` and filled at the end. The letter is the type: Bytes, Flag, Integer, Real, Text.
-const TABLES: [(&str, i64, &str); 19] = [
+/// by `>` and filled at the end. The letter is the type: Bytes, Flag, Integer, Real, Text. Only
+/// PostgreSQL has `export_blob`: files of exports are not copied, and the first download of an
+/// export has them made again.
+const TABLES: [(&str, i64, &str); 20] = [
     (
         "genome",
         512,
@@ -33,7 +35,7 @@ const TABLES: [(&str, i64, &str); 19] = [
         "*id:B name:T notes:T tags_json:T scene_id:B thumbnail_px:I start:T dialect_json:T \
          saturation:R energy_limit:F >cover_id:B created_ms:I hidden:F version:I",
     ),
-    ("unfinished_lineage", 256, "*lineage_id:B"),
+    ("unfinished_lineage", 256, "*lineage_id:B until_ms:I removing:F"),
     (
         "generation",
         256,
@@ -67,10 +69,11 @@ const TABLES: [(&str, i64, &str); 19] = [
         "search",
         4,
         "*id:B target_id:B target_kind:T target_hash:B lineage_id:B state:T epoch:I turn:I deaths:I \
-         worker:T reason:T generation:I evaluations:I seconds:R fitted:R held:R recorded:R \
+         worker:T lease_until_ms:I reason:T generation:I evaluations:I seconds:R fitted:R held:R recorded:R \
          population:B created_ms:I started_ms:I ended_ms:I options_json:T best_json:T front_json:T \
-         spread_json:T darkest_png:B brightest_png:B start:B checkpoint:B",
+         spread_json:T darkest_png:B brightest_png:B start:B",
     ),
+    ("search_checkpoint", 4, "*search_id:B generation:I bytes:B"),
     (
         "search_log",
         1024,
@@ -80,8 +83,8 @@ const TABLES: [(&str, i64, &str); 19] = [
     (
         "export",
         64,
-        "*id:B state:T epoch:I deaths:I worker:T reason:T energy_limit:F created_ms:I started_ms:I \
-         ended_ms:I plan_json:T",
+        "*id:B state:T epoch:I deaths:I worker:T lease_until_ms:I reason:T energy_limit:F \
+         created_ms:I started_ms:I ended_ms:I plan_json:T",
     ),
     ("export_file", 256, "*export_id:B *number:I genome_hash:B format:T bytes:I note:T"),
 ];
@@ -126,7 +129,7 @@ pub async fn migrate(
     step: impl Fn(MigrationStep),
 ) -> Result<Migrated> {
     let mut from = Opened::take(dir).await?;
-    let to = Postgres::connect(address, true).await?;
+    let to = Postgres::connect(address, Usage::Alone).await?;
     let mut migrated = Migrated::default();
     for table in TABLES.map(Table::parse) {
         let Some(last) = table.last_key(&mut to.reader().await?).await? else { continue };

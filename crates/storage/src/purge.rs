@@ -3,7 +3,8 @@
 //! programs that a remaining genome shares.
 //!
 //! Removes the youngest generations first, in slices. The lineage is unfinished from the first one:
-//! lists leave it out, and if the process ends between two slices, the next start removes the rest.
+//! lists leave it out. If the process ends between two slices, the next start or another server
+//! removes the rest.
 
 use std::time::{Duration, Instant};
 
@@ -12,10 +13,11 @@ use brood_protocol::LineageId;
 
 use crate::column::Key;
 use crate::error::{Result, changed};
+use crate::lineage::{self, Unfinished};
 use crate::slice::Pace;
 use crate::sql::{Conn, GenomeUse, query};
 use crate::write::{Durability, operation};
-use crate::{StorageError, Store, genome, lineage};
+use crate::{StorageError, Store, genome};
 
 /// Number of generations in the first transaction, and the most.
 const GENERATIONS: u32 = 4;
@@ -76,7 +78,8 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the lineage does not exist.
     pub async fn purge_lineage(&self, id: LineageId) -> Result<()> {
-        self.write(operation!(|conn| lineage::set_unfinished(conn, id).await)).await?;
+        self.write(operation!(|conn| lineage::set_unfinished(conn, id, Unfinished::Removal).await))
+            .await?;
         let store = self.clone();
         let removal = tokio::spawn(async move { store.remove_lineage(id).await });
         removal.await.unwrap_or(Err(StorageError::Closed))
@@ -93,7 +96,10 @@ impl Store {
             // The last write makes all of them durable.
             let slice = self
                 .write_slice(Durability::ProcessDeath, || {
-                    operation!(|conn| remove_slice(conn, id, count).await)
+                    operation!(|conn| {
+                        begin_removal(conn, id).await?;
+                        remove_slice(conn, id, count).await
+                    })
                 })
                 .await?;
             if slice.generations < u64::from(count) {
@@ -103,6 +109,7 @@ impl Store {
         }
         self.write_slice(Durability::PowerLoss, || {
             operation!(|conn| {
+                begin_removal(conn, id).await?;
                 // Generations that were born in the meantime.
                 while remove_slice(conn, id, GENERATIONS).await?.generations > 0 {}
                 let done = query(REMOVE_LINEAGE).bind(id.key()).execute(conn).await?;
@@ -113,10 +120,15 @@ impl Store {
     }
 }
 
-/// Removes the youngest generations, at most `count`.
+/// Locks the genomes and the lineage, in the order of births, for a removal that goes on.
+async fn begin_removal(conn: &mut Conn, id: LineageId) -> Result<()> {
+    conn.lock_genomes(GenomeUse::Removal).await?;
+    lineage::renew_unfinished(conn, id, Unfinished::Removal).await
+}
+
+/// Removes the youngest generations, at most `count`. The genomes must be locked.
 async fn remove_slice(conn: &mut Conn, id: LineageId, count: u32) -> Result<Slice> {
     let start = Instant::now();
-    conn.lock_genomes(GenomeUse::Removal).await?;
     for sql in CREATE.into_iter().chain(CLEAR) {
         query(sql).execute(conn).await?;
     }

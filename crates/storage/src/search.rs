@@ -65,7 +65,7 @@ record! {
         /// Epoch: version number, incremented by every change except a step (a worker's report of
         /// progress) that keeps the lease.
         pub epoch: u64,
-        /// Consecutive worker deaths since the last step.
+        /// Consecutive worker deaths since the last checkpoint.
         pub deaths: u32,
         /// Name of the worker that has the lease.
         pub worker: Option<String>,
@@ -173,15 +173,17 @@ impl Store {
         query.fetch_all(&mut self.reader().await?).await?.iter().map(StoredSearch::read).collect()
     }
 
-    /// Pauses, resumes or cancels a search. Returns the changed search; as the inner error the
-    /// current state, if it does not allow the change.
+    /// Pauses, resumes or cancels a search, with the idempotency record of the request. Returns the
+    /// changed search; as the inner error the current state, if it does not allow the change.
     ///
     /// # Errors
-    /// Returns [`StorageError::NotFound`] if the search does not exist.
+    /// Returns [`StorageError::NotFound`] if the search does not exist, [`StorageError::Conflict`]
+    /// if the idempotency key is in use.
     pub async fn change_search(
         &self,
         id: JobId,
         change: SearchChange,
+        idempotency: Option<Idempotency>,
         now_ms: i64,
     ) -> Result<Result<StoredSearch, SearchState>> {
         self.write(operation!(|conn| {
@@ -192,8 +194,8 @@ impl Store {
                 return Ok(Err(present.state));
             }
             let sql = format!(
-                "UPDATE search SET state = ?1, epoch = epoch + 1, worker = NULL, deaths = 0,
-                     ended_ms = ?2, turn = {NEXT_TURN}
+                "UPDATE search SET state = ?1, epoch = epoch + 1, worker = NULL,
+                     lease_until_ms = NULL, deaths = 0, ended_ms = ?2, turn = {NEXT_TURN}
                  WHERE id = ?3"
             );
             query(sql)
@@ -202,6 +204,7 @@ impl Store {
                 .bind(id.key())
                 .execute(conn)
                 .await?;
+            idempotency::insert(conn, idempotency.as_ref(), now_ms).await?;
             Ok(Ok(fetch(conn, id).await?))
         }))
         .await

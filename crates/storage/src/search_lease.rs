@@ -1,24 +1,26 @@
 //! Leases of searches: claim, step, end, release. The workers' side of the table `search`; each
 //! transition is a compare-and-set on id, epoch and state.
 //!
-//! A step without a recorded individual survives the end of the process but not a power loss: a
-//! search computes the same sequence of generations every time, so lost steps are repeated. A step
-//! that records an individual is as durable as a generation.
+//! Not every step has a checkpoint. The next lease continues from the last one: a claim removes the
+//! generations after it, and the worker computes them again. A step without a recorded individual
+//! survives the end of the process but not a power loss: a search computes the same sequence of
+//! generations every time, so lost steps are repeated. A step that records an individual is as
+//! durable as a generation.
+
+use std::time::Duration;
 
 use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
 
-use crate::Store;
+use crate::clock::steady_ms;
 use crate::column::{Key, optional_key};
 use crate::error::{LEASE_ENDED, Result, changed};
+use crate::lease::{EndedLease, LeasedTable, LostLeases};
 use crate::row::{Record, insert_rows, record, returning, signed, values};
 use crate::search::{self, NEXT_TURN, StoredSearch};
 use crate::sql::{Conn, query};
 use crate::write::operation;
-
-/// A search fails after this many consecutive worker deaths without progress. Every step resets the
-/// count: a long search must not fail because its machine runs out of memory once a day.
-const MAX_DEATHS: i64 = 3;
+use crate::{Store, lease};
 
 record! {
     /// Search that has just been leased.
@@ -34,12 +36,15 @@ record! {
         pub target_hash: [u8; 32],
         /// Options of the search.
         pub options: SearchOptions = "options_json",
-        /// Search time so far, in seconds.
+        /// Number of generations up to the checkpoint.
+        pub generation: u32,
+        /// Search time up to the checkpoint, in seconds.
         pub seconds: f64,
         /// Validation error of the best material that is already an individual.
         pub recorded: Option<f64>,
         /// Genomes to start from, in the caller's format.
         pub start: Vec<u8>,
+    } and {
         /// Checkpoint to resume from.
         pub checkpoint: Option<Vec<u8>>,
     }
@@ -50,11 +55,15 @@ record! {
 pub struct SearchStep {
     /// Id of the search.
     pub id: JobId,
-    /// Epoch of the lease.
+    /// Epoch of the lease; of a paused search, that of the pause.
     pub epoch: u64,
+    /// True if the search was paused, so that this step ends its last lease. It stays paused.
+    pub is_paused: bool,
+    /// Number of generations before this step.
+    pub from: u32,
     /// Generations since the previous step.
     pub lines: Vec<GenerationLine>,
-    /// Checkpoint after them, and its hash.
+    /// Checkpoint after them, if there is one, and its hash.
     pub checkpoint: Option<(Vec<u8>, [u8; 32])>,
     /// Best material, if it becomes an individual with this step.
     pub best: Option<FoundMaterial>,
@@ -64,6 +73,8 @@ pub struct SearchStep {
     pub seconds: f64,
     /// True to give up the lease and move to the end of the queue.
     pub yields: bool,
+    /// Time to live of the lease after this step, if the search keeps it.
+    pub ttl: Duration,
     /// End of the search, if it ends with this step.
     pub end: Option<SearchEnd>,
 }
@@ -81,33 +92,59 @@ pub struct SearchEnd {
     pub ended_ms: i64,
 }
 
-/// Leases the queued search with the least turn.
-const CLAIM: &str = "UPDATE search SET state = 'running', epoch = epoch + 1, worker = ?1,
-        started_ms = coalesce(started_ms, ?2)
-    WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1
-        /*pg: FOR UPDATE SKIP LOCKED*/)";
-/// Parameters: 1 if the worker died, else 0; limit of deaths; time; id; epoch.
-const RELEASE: &str = "UPDATE search SET
-        deaths = deaths + ?1,
-        epoch = epoch + 1,
-        state = CASE WHEN deaths + ?1 >= ?2 THEN 'failed' ELSE 'queued' END,
-        reason = CASE WHEN deaths + ?1 >= ?2 THEN 'worker_lost' END,
-        ended_ms = CASE WHEN deaths + ?1 >= ?2 THEN ?3 END,
-        worker = NULL
-    WHERE id = ?4 AND epoch = ?5 AND state = 'running'";
+/// Stores the checkpoint of a search.
+const SAVE: &str = "INSERT INTO search_checkpoint (search_id, generation, bytes) VALUES (?, ?, ?)
+    ON CONFLICT (search_id) DO UPDATE
+        SET generation = excluded.generation, bytes = excluded.bytes";
+/// Removes the generations after the checkpoint from the log.
+const FORGET: &str = "DELETE FROM search_log WHERE search_id = ?1 AND generation > ?2";
+/// Sets the progress of a search to that of its checkpoint, in which `?2` is the last generation.
+const REWIND: &str = "UPDATE search SET generation = ?2,
+        evaluations = coalesce((SELECT evaluations FROM search_log
+            WHERE search_id = ?1 AND generation = ?2), 0),
+        seconds = coalesce((SELECT seconds FROM search_log
+            WHERE search_id = ?1 AND generation = ?2), 0.0),
+        fitted = (SELECT fitted FROM search_log WHERE search_id = ?1 AND generation = ?2),
+        held = (SELECT held FROM search_log WHERE search_id = ?1 AND generation = ?2)
+    WHERE id = ?1";
 
 impl Store {
-    /// Leases the first search of the queue. Returns `None` if no search is queued.
+    /// Leases the queued search with the least turn, for this time unless it is renewed. Returns
+    /// `None` if no search is queued.
     ///
     /// # Errors
     /// Returns a `StorageError` if the write fails.
-    pub async fn claim_search(&self, worker: &str, now_ms: i64) -> Result<Option<ClaimedSearch>> {
+    pub async fn claim_search(
+        &self,
+        worker: &str,
+        ttl: Duration,
+        now_ms: i64,
+    ) -> Result<Option<ClaimedSearch>> {
+        let sql = format!(
+            "UPDATE search SET state = 'running', epoch = epoch + 1, worker = ?2,
+                 started_ms = coalesce(started_ms, ?3), lease_until_ms = {} + ?4
+             WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1
+                 /*pg: FOR UPDATE SKIP LOCKED*/)",
+            lease::now(1)
+        );
         let worker = worker.to_owned();
         self.write_relaxed(operation!(|conn| {
-            let query = returning::<ClaimedSearch>(CLAIM).bind(worker).bind(now_ms);
-            query.fetch_optional(conn).await?.as_ref().map(ClaimedSearch::read).transpose()
+            let claim = returning::<ClaimedSearch>(&sql).bind(steady_ms()).bind(worker);
+            let claim = claim.bind(now_ms).bind(lease::ttl_ms(ttl));
+            let Some(row) = claim.fetch_optional(conn).await? else { return Ok(None) };
+            let mut claimed = ClaimedSearch::read(&row)?;
+            resume(conn, &mut claimed).await?;
+            Ok(Some(claimed))
         }))
         .await
+    }
+
+    /// Renews the lease of a search.
+    ///
+    /// # Errors
+    /// Returns `StorageError::Conflict` if the epoch is stale.
+    pub async fn renew_search(&self, id: JobId, epoch: u64, ttl: Duration) -> Result<()> {
+        lease::renew(self, LeasedTable::Search, (id, epoch), ttl).await
     }
 
     /// True if a search is queued.
@@ -123,7 +160,7 @@ impl Store {
     /// [`NewGeneration::search`](crate::NewGeneration::search).
     ///
     /// # Errors
-    /// Returns `StorageError::Conflict` if the epoch is stale.
+    /// Returns `StorageError::Conflict` if the epoch is stale, or if another step was stored.
     pub async fn step_search(&self, step: SearchStep) -> Result<StoredSearch> {
         if step.end.is_some() {
             return self.write(operation!(|conn| step_and_fetch(conn, step).await)).await;
@@ -144,33 +181,61 @@ impl Store {
         now_ms: i64,
     ) -> Result<StoredSearch> {
         self.write_relaxed(operation!(|conn| {
-            let done = query(RELEASE)
-                .bind(i64::from(worker_died))
-                .bind(MAX_DEATHS)
-                .bind(now_ms)
-                .bind(id.key())
-                .bind(signed(epoch))
-                .execute(conn)
-                .await?;
-            changed(done, LEASE_ENDED)?;
+            lease::release(conn, LeasedTable::Search, (id, epoch), worker_died, now_ms).await?;
             search::fetch(conn, id).await
         }))
         .await
     }
 
-    /// Returns all leased searches to the queue, at the start of the server, when all leases of the
-    /// previous run are void. Returns the number of searches.
+    /// Returns the searches of lost leases to their queue, as [`release_search`] does. Returns the
+    /// leases and the changed searches.
+    ///
+    /// [`release_search`]: Self::release_search
     ///
     /// # Errors
-    /// Returns a `StorageError` if the write fails.
-    pub async fn requeue_all_searches(&self) -> Result<u64> {
-        self.write_relaxed(operation!(|conn| {
-            let sql = "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL
-                           WHERE state = 'running'";
-            query(sql).execute(conn).await
-        }))
-        .await
+    /// Returns a `StorageError` if the read or the write fails.
+    pub async fn end_search_leases(
+        &self,
+        lost: LostLeases,
+        now_ms: i64,
+    ) -> Result<Vec<(EndedLease, StoredSearch)>> {
+        let Some(death) = lease::any_lost(self, LeasedTable::Search, &lost).await? else {
+            return Ok(Vec::new());
+        };
+        let ended = self.write_relaxed(operation!(|conn| {
+            let mut ended = Vec::new();
+            let lost = (&lost, death);
+            for lease in lease::end_lost(conn, LeasedTable::Search, lost, now_ms).await? {
+                let search = search::fetch(conn, lease.id).await?;
+                ended.push((lease, search));
+            }
+            Ok(ended)
+        }));
+        let ended = ended.await;
+        self.lease_faults().note(&ended);
+        ended
     }
+}
+
+/// Reads the checkpoint of a search and sets its progress to it.
+async fn resume(conn: &mut Conn, claimed: &mut ClaimedSearch) -> Result<()> {
+    let id = claimed.id.key().to_vec();
+    let saved = query("SELECT generation, bytes FROM search_checkpoint WHERE search_id = ?");
+    let mut generation = 0;
+    if let Some(saved) = saved.bind(id.clone()).fetch_optional(conn).await? {
+        generation = saved.column("generation")?;
+        claimed.checkpoint = Some(saved.column("bytes")?);
+    }
+    if generation == claimed.generation {
+        return Ok(());
+    }
+    for sql in [FORGET, REWIND] {
+        query(sql).bind(id.clone()).bind(generation).execute(conn).await?;
+    }
+    claimed.generation = generation;
+    let seconds = query("SELECT seconds FROM search WHERE id = ?").bind(id);
+    claimed.seconds = seconds.fetch_value(conn).await?;
+    Ok(())
 }
 
 async fn step_and_fetch(conn: &mut Conn, step: SearchStep) -> Result<StoredSearch> {
@@ -181,28 +246,33 @@ async fn step_and_fetch(conn: &mut Conn, step: SearchStep) -> Result<StoredSearc
 /// Stores a step and its log lines. The epoch is incremented unless the search keeps its lease.
 /// `recorded` becomes the validation error of the last line if the step records an individual.
 pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
+    let before = if step.is_paused { SearchState::Paused } else { SearchState::Running };
     let state = match (&step.end, step.yields) {
         (Some(end), _) => end.state,
         (None, true) => SearchState::Queued,
-        (None, false) => SearchState::Running,
+        (None, false) => before,
     };
     let keeps_lease = state == SearchState::Running;
+    // A pause has incremented the epoch.
+    let keeps_epoch = state == before;
     let last = step.lines.last();
     let json = |best| serde_json::to_string(best).expect("found materials are plain data");
     let front = step.end.as_ref().map(|end| serde_json::to_string(&end.front));
     let front = front.transpose().expect("found materials are plain data");
     let sql = format!(
-        "UPDATE search SET state = ?1, deaths = 0,
-             epoch = epoch + (CASE WHEN ?2 THEN 0 ELSE 1 END),
+        "UPDATE search SET state = ?1, deaths = CASE WHEN ?10 IS NULL THEN deaths ELSE 0 END,
+             epoch = epoch + (CASE WHEN ?18 THEN 0 ELSE 1 END),
              worker = CASE WHEN ?2 THEN worker END,
              turn = CASE WHEN ?3 THEN {NEXT_TURN} ELSE turn END,
              generation = coalesce(?4, generation), evaluations = coalesce(?5, evaluations),
              seconds = ?6, fitted = coalesce(?7, fitted), held = coalesce(?8, held),
              recorded = CASE WHEN ?9 IS NULL THEN recorded ELSE coalesce(?8, recorded) END,
              best_json = coalesce(?9, best_json),
-             checkpoint = coalesce(?10, checkpoint), population = coalesce(?11, population),
-             reason = ?12, front_json = ?13, ended_ms = ?14
-         WHERE id = ?15 AND epoch = ?16 AND state = 'running'"
+             population = coalesce(?10, population),
+             reason = ?11, front_json = ?12, ended_ms = ?13,
+             lease_until_ms = CASE WHEN ?2 THEN {} + ?17 END
+         WHERE id = ?14 AND epoch = ?15 AND state = ?19 AND generation = ?20",
+        lease::now(16)
     );
     let done = query(sql)
         .bind(state.name())
@@ -214,16 +284,25 @@ pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
         .bind(last.and_then(|line| finite(line.fitted)))
         .bind(last.and_then(|line| finite(line.held)))
         .bind(step.best.as_ref().map(json))
-        .bind(step.checkpoint.as_ref().map(|(bytes, _)| bytes.as_slice()))
         .bind(step.checkpoint.as_ref().map(|(_, hash)| hash.as_slice()))
         .bind(step.end.as_ref().and_then(|end| end.reason.as_deref()))
         .bind(front)
         .bind(step.end.as_ref().map(|end| end.ended_ms))
         .bind(step.id.key())
         .bind(signed(step.epoch))
+        .bind(steady_ms())
+        .bind(lease::ttl_ms(step.ttl))
+        .bind(keeps_epoch)
+        .bind(before.name())
+        .bind(step.from)
         .execute(conn)
         .await?;
     changed(done, LEASE_ENDED)?;
+    if let Some((bytes, _)) = &step.checkpoint {
+        let generation = last.map_or(step.from, |line| line.generation);
+        let save = query(SAVE).bind(step.id.key()).bind(generation).bind(bytes.as_slice());
+        save.execute(conn).await?;
+    }
     log(conn, step).await
 }
 

@@ -7,10 +7,12 @@ use std::sync::{Arc, Mutex};
 use crate::StorageError;
 use crate::address::DatabaseAddress;
 use crate::engine::Engine;
-use crate::engine::postgres::Postgres;
+use crate::engine::postgres::bus::{Bus, BusLink};
+use crate::engine::postgres::{Postgres, Usage};
 use crate::engine::sqlite::Sqlite;
 use crate::engine::sqlite::lock::DirectoryLock;
 use crate::error::Result;
+use crate::lease_fault::LeaseFaults;
 use crate::sql::{Conn, query};
 use crate::write::{CommitTimes, Durability, WriteFuture};
 
@@ -21,6 +23,7 @@ pub struct Store {
     /// Lock of the data directory beside a PostgreSQL database; `None` after [`Store::close`].
     /// SQLite's writer has its own.
     lock: Arc<Mutex<Option<DirectoryLock>>>,
+    lease_faults: Arc<LeaseFaults>,
 }
 
 /// Declares [`StoreCounts`]: fields with their tables.
@@ -124,16 +127,19 @@ impl Store {
         }
     }
 
-    /// Connects to a PostgreSQL database, creates what is missing in it, and locks it and the data
-    /// directory of pictures and exports against other servers.
+    /// Connects to a PostgreSQL database, which other servers may use, and creates what is missing
+    /// in it. Locks the data directory of pictures against other servers. Uses the connections of
+    /// the address ([`DatabaseAddress::with_connections`]), and four for other purposes.
     ///
     /// # Errors
-    /// Returns [`StorageError::Locked`] if another server uses one of them,
-    /// [`StorageError::Unreachable`] if there is no connection, [`StorageError::Unsupported`] if
-    /// the address, the server, one of its settings or the schema is not supported.
+    /// Returns [`StorageError::Locked`] if another server uses the directory, or a copy of another
+    /// database is made, [`StorageError::Unreachable`] if there is no connection,
+    /// [`StorageError::Unsupported`] if the address, the server, one of its settings or the schema
+    /// is not supported.
     pub async fn connect(address: &DatabaseAddress, data: &Path) -> Result<Self> {
         let lock = DirectoryLock::take(data)?;
-        let store = Self::of(Engine::Postgres(Postgres::connect(address, true).await?));
+        let engine = Postgres::connect(address, Usage::Server).await?;
+        let store = Self::of(Engine::Postgres(engine));
         Ok(Self { lock: Arc::new(Mutex::new(Some(lock))), ..store })
     }
 
@@ -142,11 +148,33 @@ impl Store {
     /// # Errors
     /// As [`Store::connect`], except [`StorageError::Locked`].
     pub async fn connect_shared(address: &DatabaseAddress) -> Result<Self> {
-        Ok(Self::of(Engine::Postgres(Postgres::connect(address, false).await?)))
+        Ok(Self::of(Engine::Postgres(Postgres::connect(address, Usage::Command).await?)))
     }
 
     fn of(engine: Engine) -> Self {
-        Self { engine: Arc::new(engine), lock: Arc::default() }
+        Self { engine: Arc::new(engine), lock: Arc::default(), lease_faults: Arc::default() }
+    }
+
+    /// Failed writes of leases.
+    pub(crate) fn lease_faults(&self) -> &LeaseFaults {
+        &self.lease_faults
+    }
+
+    /// True if several servers may use the database.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        matches!(&*self.engine, Engine::Postgres(_))
+    }
+
+    /// Connects to the other servers of the database; `None` if there can be none.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if the database cannot be reached.
+    pub async fn join_bus(&self) -> Result<Option<(Bus, BusLink)>> {
+        match &*self.engine {
+            Engine::Sqlite(_) => Ok(None),
+            Engine::Postgres(engine) => Ok(Some(engine.join_bus().await?)),
+        }
     }
 
     /// True if the last process did not call [`Store::close`] and the check has not passed yet.

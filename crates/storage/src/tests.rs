@@ -4,6 +4,7 @@
 mod access;
 mod content;
 mod durability;
+mod export_file;
 mod family;
 mod history;
 mod migration;
@@ -13,6 +14,7 @@ mod search;
 mod several_writers;
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use brood_genome::{
     Dialect, GenomeHash, Locks, ModelKind, PaintingPalette, PaintingRegion, Start, Steer,

@@ -13,7 +13,7 @@ use http::{HeaderMap, HeaderValue, header};
 use tokio::sync::broadcast::error::RecvError;
 
 use crate::access::Need;
-use crate::event::{Event, Subscription, Topic};
+use crate::event::{Event, RESYNC, Subscription, Topic};
 use crate::extract::Path;
 use crate::layer;
 use crate::problem::ApiError;
@@ -100,9 +100,9 @@ fn stream_of(app: App, topic: Topic, headers: &HeaderMap) -> Result<Response, Ap
 }
 
 fn present(app: &AppState, event: &Event) -> SseEvent {
-    SseEvent::default().id(app.events.id(event)).event(event.name).data(&event.data)
+    SseEvent::default().id(app.events.id(event)).event(&event.name).data(&event.data)
 }
 
 fn resynchronise() -> SseEvent {
-    SseEvent::default().event("resync").data("{}")
+    SseEvent::default().event(RESYNC).data("{}")
 }

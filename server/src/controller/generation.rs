@@ -13,7 +13,7 @@ use super::created;
 use crate::breeding::Origin;
 use crate::dispatch::admit_birth;
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
-use crate::idempotency::{Begun, IdempotencyKey};
+use crate::idempotency::{Attempt, BodyHash, IdempotencyKey};
 use crate::limit;
 use crate::presenter::Presenter;
 use crate::problem::ApiError;
@@ -61,16 +61,17 @@ async fn bred(
     body: &[u8],
     origin: Origin,
 ) -> Result<Response, ApiError> {
-    let attempt = match app.ledger.begin(&app.store, key, body).await? {
-        Begun::Replay(answer) => return Ok(created(COLLECTION, &replay(app, answer).await?)),
-        Begun::Fresh(attempt) => attempt,
+    let make = async |attempt: Attempt| {
+        admit_birth(&app.pictures.queue, &app.workers)?;
+        let mut timing = ServerTiming::begin();
+        let lineage = app.store.lineage(id).await?;
+        let brood = app.breeding.make(&lineage, origin, &mut timing).await?;
+        let (generation, job) =
+            brood.deliver(&app.pictures, &lineage, &attempt, &mut timing).await?;
+        Ok(answer(&generation, job, timing))
     };
-    admit_birth(&app.pictures.queue, &app.workers)?;
-    let mut timing = ServerTiming::begin();
-    let lineage = app.store.lineage(id).await?;
-    let brood = app.breeding.make(&lineage, origin, &mut timing).await?;
-    let (generation, job) = brood.deliver(&app.pictures, &lineage, &attempt, &mut timing).await?;
-    Ok(answer(&generation, job, timing))
+    let replay = async |answer| Ok(created(COLLECTION, &replay(app, answer).await?));
+    app.ledger.once(&app.store, (key, BodyHash::of(body)), make, replay).await
 }
 
 /// Returns 201 with the stage durations and a link to the render job.

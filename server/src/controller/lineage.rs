@@ -9,12 +9,13 @@ use brood_protocol::{
     check_painted_defaults,
 };
 use brood_scene::Scene;
-use brood_storage::{LineageCursor, LineageFilter};
+use brood_storage::{LineageCursor, LineageFilter, StorageError};
 use http::{HeaderMap, StatusCode};
 use serde::Deserialize;
 
 use super::{check_length, create_once, is_plain, versioned};
 use crate::access::Need;
+use crate::bus;
 use crate::clock::now_ms;
 use crate::extract::{IfMatch, Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::IdempotencyKey;
@@ -201,10 +202,19 @@ pub async fn delete(
 ) -> Result<Response, ApiError> {
     if query.purge {
         app.access.check(&app.store, Need::Admin, token(&headers)).await?;
-        app.store.purge_lineage(id).await?;
-        // The caches may contain entries of the purged lineage.
-        app.library.clear_materials();
-        app.pictures.cache.clear_rows();
+        let removing = app.clone();
+        // Runs in a separate task: the removal does not end with its client.
+        let purge = app.tasks.spawn(async move {
+            let purge = removing.store.purge_lineage(id);
+            // Another server, or the next start, removes the rest.
+            let purged = removing.stopping.run_until_cancelled(purge).await;
+            if !matches!(purged, Some(Err(StorageError::NotFound))) {
+                bus::genomes_removed(&removing);
+            }
+            purged
+        });
+        let purged = purge.await.map_err(|error| ApiError::internal(error.to_string()))?;
+        purged.ok_or_else(|| ApiError::stopping("the rest is removed at the next start"))??;
     } else {
         app.store.hide_lineage(id).await?;
     }

@@ -46,7 +46,7 @@ use http::{HeaderValue, StatusCode, header};
 use serde::{Deserialize, Serialize};
 
 use crate::extract::etag;
-use crate::idempotency::{Attempt, Begun, IdempotencyKey};
+use crate::idempotency::{Attempt, BodyHash, IdempotencyKey};
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -67,13 +67,12 @@ async fn create_once<T: Serialize, Create: Future<Output = Result<T, ApiError>>>
     body: Bytes,
     create: impl FnOnce(Attempt) -> Create,
 ) -> Result<Response, ApiError> {
-    let begun = app.ledger.begin(&app.store, key, &body).await?;
+    let hash = BodyHash::of(&body);
     // Frees the memory of a large body as soon as `create` has read it.
     drop(body);
-    match begun {
-        Begun::Replay(answer) => Ok(created(collection, &answer)),
-        Begun::Fresh(attempt) => Ok(created(collection, &create(attempt).await?)),
-    }
+    let make = async |attempt| Ok(created(collection, &create(attempt).await?));
+    let replay = async |answer| Ok(created(collection, &answer));
+    app.ledger.once(&app.store, (key, hash), make, replay).await
 }
 
 /// Returns 201 with a `Location` below `collection`, and an ETag if the answer has a version.

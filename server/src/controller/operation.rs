@@ -21,7 +21,7 @@ pub async fn health() -> &'static str {
 #[utoipa::path(get, path = "/readyz", tag = "operation",
     responses((status = 200, description = "`ready`, and lines on what is limited", body = String, content_type = "text/plain")))]
 pub async fn ready(State(app): State<App>) -> Result<String, ApiError> {
-    if app.stopping.is_cancelled() {
+    if app.leaving.is_cancelled() || app.stopping.is_cancelled() {
         return Err(ApiError::stopping("retry after the restart"));
     }
     if app.store.is_poisoned() {
@@ -78,7 +78,7 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
     app.metrics.gauge("brood_worker_connections", &[], of_workers as f64);
     app.metrics.gauge("brood_log_bytes", &[], app.store.log_bytes() as f64);
     app.metrics.gauge("brood_refused_writes", &[], app.store.refused_writes() as f64);
-    app.metrics.gauge("brood_leases", &[], app.pictures.jobs.leases.len() as f64);
+    app.metrics.gauge("brood_leases", &[], app.pictures.leases.len() as f64);
     app.metrics.gauge("brood_pictures_under_way", &[], in_flight as f64);
     app.metrics.gauge("brood_cache_memory_bytes", &[], memory_bytes as f64);
     app.metrics.gauge("brood_cache_disk_bytes", &[], disk_bytes as f64);

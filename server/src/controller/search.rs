@@ -14,7 +14,7 @@ use brood_protocol::{
 };
 use brood_storage::{Extreme, SearchChange, StorageError, StoredSearch};
 use http::{HeaderMap, HeaderName, StatusCode, header};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::accepted;
 use super::file::{FileHead, IMMUTABLE};
@@ -23,7 +23,7 @@ use crate::client::Client;
 use crate::clock::now_ms;
 use crate::dispatch::{export_json, search_json};
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
-use crate::idempotency::{Begun, IdempotencyKey};
+use crate::idempotency::{Attempt, BodyHash, IdempotencyKey};
 use crate::layer::token;
 use crate::limit;
 use crate::presenter::Presenter;
@@ -44,25 +44,26 @@ pub async fn create(
     key: IdempotencyKey,
     body: JsonBody<CreateSearch>,
 ) -> Result<Response, ApiError> {
-    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
-        Begun::Replay(answer) => return Ok(accepted(&answer)),
-        Begun::Fresh(attempt) => attempt,
+    let hash = BodyHash::of(&body.bytes);
+    let make = async |attempt: Attempt| {
+        let mut new = request::read(&app, body.value).await?;
+        let answer = search_json(request::as_stored(&new));
+        new.idempotency = attempt.record(StatusCode::ACCEPTED, &answer);
+        let (id, target) = (new.id, new.target);
+        let created = app.store.create_search(new, limit::QUEUED_SEARCHES).await;
+        created.map_err(|error| match error {
+            StorageError::QueueFull => ApiError::busy("too many searches are queued"),
+            // The target existed when the request was checked.
+            StorageError::NotFound => {
+                ApiError::not_found(format!("there is no target {target}: it was deleted"))
+            }
+            other => other.into(),
+        })?;
+        app.searches.publish_state(&app.store.search(id).await?);
+        app.searches.wake();
+        Ok(accepted(&answer))
     };
-    let mut new = request::read(&app, body.value).await?;
-    let answer = search_json(request::as_stored(&new));
-    new.idempotency = attempt.record(StatusCode::ACCEPTED, &answer);
-    let (id, target) = (new.id, new.target);
-    app.store.create_search(new, limit::QUEUED_SEARCHES).await.map_err(|error| match error {
-        StorageError::QueueFull => ApiError::busy("too many searches are queued"),
-        // The target existed when the request was checked.
-        StorageError::NotFound => {
-            ApiError::not_found(format!("there is no target {target}: it was deleted"))
-        }
-        other => other.into(),
-    })?;
-    app.searches.publish_state(&app.store.search(id).await?);
-    app.searches.lane.notify.notify_one();
-    Ok(accepted(&answer))
+    app.ledger.once(&app.store, (key, hash), make, async |answer| Ok(accepted(&answer))).await
 }
 
 /// Filter of the searches.
@@ -143,13 +144,15 @@ pub async fn cancel(
         return Ok(Json(cancelled?).into_response());
     }
     if app.store.export(id).await.is_ok() {
-        let attempt = match app.ledger.begin(&app.store, key, b"").await? {
-            Begun::Replay(answer) => return Ok(Json(answer).into_response()),
-            Begun::Fresh(attempt) => attempt,
+        let make = async |attempt: Attempt| {
+            let record = attempt.record(StatusCode::OK, &ChangedJob { id });
+            Ok(Json(export_json(app.exports.cancel(id, record).await?)).into_response())
         };
-        let answer = export_json(app.exports.cancel(id).await?);
-        attempt.store(&app.store, StatusCode::OK, &answer).await?;
-        return Ok(Json(answer).into_response());
+        let replay = async |_| {
+            let export = app.store.export(id).await?;
+            Ok(Json(export_json(export)).into_response())
+        };
+        return app.ledger.once(&app.store, (key, BodyHash::of(b"")), make, replay).await;
     }
     change(&app, id, key, SearchChange::Cancel).await
 }
@@ -160,18 +163,26 @@ async fn change(
     key: IdempotencyKey,
     change: SearchChange,
 ) -> Result<Response, ApiError> {
-    let attempt = match app.ledger.begin(&app.store, key, b"").await? {
-        Begun::Replay(answer) => return Ok(Json(answer).into_response()),
-        Begun::Fresh(attempt) => attempt,
+    let make = async |attempt: Attempt| {
+        let record = attempt.record(StatusCode::OK, &ChangedJob { id });
+        let search = app.store.change_search(id, change, record, now_ms()).await?;
+        let search = search.map_err(|state| wrong_state(change, state))?;
+        app.searches.wake();
+        app.searches.publish_state(&search);
+        Ok(Json(present(app, search).await?).into_response())
     };
-    let search = app.store.change_search(id, change, now_ms()).await?;
-    let search = search.map_err(|state| wrong_state(change, state))?;
-    app.searches.jobs.leases.remove(id);
-    app.searches.lane.notify.notify_one();
-    app.searches.publish_state(&search);
-    let answer = present(app, search).await?;
-    attempt.store(&app.store, StatusCode::OK, &answer).await?;
-    Ok(Json(answer).into_response())
+    let replay = async |_| {
+        let search = app.store.search(id).await?;
+        Ok(Json(present(app, search).await?).into_response())
+    };
+    app.ledger.once(&app.store, (key, BodyHash::of(b"")), make, replay).await
+}
+
+/// Record of a change under its idempotency key. A repeated request is answered with the job as it
+/// is then.
+#[derive(Serialize)]
+struct ChangedJob {
+    id: JobId,
 }
 
 fn wrong_state(change: SearchChange, state: SearchState) -> ApiError {

@@ -20,7 +20,7 @@ use crate::clock::now_ms;
 use crate::extract::{
     PageQuery, Parts, Path, Query, multipart_boundary, page, parse_json, read_body,
 };
-use crate::idempotency::{Begun, IdempotencyKey};
+use crate::idempotency::{Attempt, BodyHash, IdempotencyKey};
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -57,25 +57,26 @@ pub async fn create(
             format!("a target's files must have at most {} bytes together", limit::TARGET_BYTES);
         return Err(ApiError::too_large(words));
     }
-    let attempt = match app.ledger.begin(&app.store, key, &same(&parts)).await? {
-        Begun::Replay(answer) => return Ok(created(COLLECTION, &answer)),
-        Begun::Fresh(attempt) => attempt,
+    let hash = BodyHash::of(&same(&parts));
+    let make = async |attempt: Attempt| {
+        let spec: TargetSpec = parse_json(&spec)?;
+        let kind = check(&spec)?;
+        let parsed = match kind {
+            TargetKind::Image => picture::read(&app, &spec, &parts).await?,
+            _ => {
+                parts.only(&["spec", "file"])?;
+                measured(kind, parts.need("file")?.clone()).await?
+            }
+        };
+        let target = describe(&spec, &parsed);
+        let idempotency = attempt.record(StatusCode::CREATED, &target);
+        let ParsedTarget { hash, bytes, .. } = parsed;
+        let new = NewTarget { target: target.clone(), hash: *hash.as_bytes(), bytes, idempotency };
+        app.store.create_target(new).await?;
+        Ok(created(COLLECTION, &target))
     };
-    let spec: TargetSpec = parse_json(&spec)?;
-    let kind = check(&spec)?;
-    let parsed = match kind {
-        TargetKind::Image => picture::read(&app, &spec, &parts).await?,
-        _ => {
-            parts.only(&["spec", "file"])?;
-            measured(kind, parts.need("file")?.clone()).await?
-        }
-    };
-    let target = describe(&spec, &parsed);
-    let idempotency = attempt.record(StatusCode::CREATED, &target);
-    let ParsedTarget { hash, bytes, .. } = parsed;
-    let new = NewTarget { target: target.clone(), hash: *hash.as_bytes(), bytes, idempotency };
-    app.store.create_target(new).await?;
-    Ok(created(COLLECTION, &target))
+    let replay = async |answer| Ok(created(COLLECTION, &answer));
+    app.ledger.once(&app.store, (key, hash), make, replay).await
 }
 
 /// Returns bytes that are equal for equal uploads. Each client draws a new boundary, so only names

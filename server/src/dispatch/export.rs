@@ -1,9 +1,10 @@
 //! Exports: claims and reports.
 //!
-//! Workers make the files one by one. A file is written to disk before it is recorded, so that an
-//! export continues with the next file after any end of server or worker. The disk space of all
-//! exports is bounded: the oldest that have ended give way.
+//! Workers make the files one by one. A file is stored before it is recorded, or together with its
+//! record, so that an export continues with the next file after any end of server or worker. The
+//! bytes of all exports are bounded: the oldest that have ended give way.
 
+mod files;
 #[cfg(test)]
 mod tests;
 
@@ -14,31 +15,36 @@ use brood_protocol::{
     Directive, ExportAnswer, ExportFile, ExportGrant, ExportReport, ExportTicket, ExportUpdate,
     JobId, JobStatus,
 };
-use brood_storage::{ClaimedExport, StorageError, Store, StoredExport, StoredExportFile};
+use brood_storage::{
+    ClaimedExport, EndedLease, Idempotency, LostLeases, StorageError, Store, StoredExport,
+    StoredExportFile,
+};
+use bytes::Bytes;
+use http::StatusCode;
 use serde_json::json;
 use tokio::sync::Mutex;
 
-use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant, Returned};
-use super::lease::{lease_ms, renew_lease, shortened, stale};
+use self::files::ExportFiles;
+use super::kind::{JobKind, Jobs, Lane, PendingGrant};
+use super::lease::{lease_ms, shortened, stale, stale_or};
 use crate::clock::now_ms;
 use crate::event::Events;
 use crate::export_folder::ExportFolder;
 use crate::library::Library;
 use crate::limit;
 use crate::problem::ApiError;
-use crate::processors::run_blocking;
 
 /// Serves exports: their leases, reports, files and events. Also the kind of exports.
 pub struct Exports {
     /// Database.
     pub store: Store,
-    /// Leases of exports.
-    pub jobs: Jobs<Self>,
+    /// Tasks of exports.
+    pub jobs: Jobs,
     /// Waiting workers.
     pub lane: Lane<Self>,
     /// Genomes.
     pub library: Arc<Library>,
-    /// Files.
+    /// Files, if they are on disk.
     pub folder: ExportFolder,
     /// Event streams.
     pub events: Arc<Events>,
@@ -51,16 +57,11 @@ pub struct Exports {
 impl JobKind for Exports {
     const NAME: &'static str = "export";
     type Ticket = ExportTicket;
-    type Payload = ();
     type Queue = ();
     type Grant = ExportGrant;
 
-    fn jobs(&self) -> &Jobs<Self> {
+    fn jobs(&self) -> &Jobs {
         &self.jobs
-    }
-
-    fn job(lease: &LeaseOf<Self>) -> JobId {
-        lease.ticket.job
     }
 
     fn lane(&self, (): ()) -> &Lane<Self> {
@@ -76,44 +77,81 @@ impl JobKind for Exports {
         worker: &str,
         (): (),
     ) -> Result<Option<PendingGrant<Self>>, ApiError> {
-        while let Some(claimed) = self.store.claim_export(worker, now_ms()).await? {
+        while let Some(claimed) = self.store.claim_export(worker, limit::LEASE, now_ms()).await? {
             let ticket = ExportTicket { job: claimed.id, epoch: claimed.epoch };
-            self.jobs.leases.grant(ticket, worker, (), limit::LEASE);
             match self.grant(ticket, claimed).await {
                 Ok(grant) => {
                     let pending = PendingGrant::new(self, ticket, grant);
                     self.publish_state(&self.store.export(ticket.job).await?);
                     return Ok(Some(pending));
                 }
+                Err(error) if error.status() == StatusCode::SERVICE_UNAVAILABLE => {
+                    // The database does not answer. If it still does not, the lease expires.
+                    let _ = self.give_back(&ticket).await;
+                    return Err(error);
+                }
                 Err(error) => {
                     let reason = format!("cannot read a genome: {}", error.problem().detail);
                     self.fail(&ticket, reason).await?;
-                    self.jobs.leases.end(&ticket);
                 }
             }
         }
         Ok(None)
     }
 
-    async fn on_returned(&self, lease: LeaseOf<Self>, returned: Returned) {
-        let ExportTicket { job, epoch } = lease.ticket;
-        match self.store.release_export((job, epoch), returned.is_loss(), now_ms()).await {
-            Ok(export) => {
-                if export.state == JobStatus::Failed {
-                    tracing::error!(%job, "an export has failed: too many workers died while making it");
-                    self.remove_files(job).await;
-                }
-                self.publish_state(&export);
-                self.lane.notify.notify_one();
-            }
-            // Cancelled meanwhile.
-            Err(StorageError::Conflict { .. } | StorageError::NotFound) => {}
-            Err(error) => tracing::error!(%job, %error, "cannot requeue an export"),
+    async fn give_back(&self, ticket: &ExportTicket) -> Result<(), ApiError> {
+        let lease = (ticket.job, ticket.epoch);
+        let released = self.store.release_export(lease, false, now_ms()).await;
+        self.requeued(&released.map_err(stale_or)?).await;
+        Ok(())
+    }
+
+    async fn end_lost(&self, lost: LostLeases) -> Result<Vec<EndedLease>, ApiError> {
+        let mut leases = Vec::new();
+        for (lease, export) in self.store.end_export_leases(lost, now_ms()).await? {
+            self.requeued(&export).await;
+            leases.push(lease);
         }
+        Ok(leases)
     }
 }
 
 impl Exports {
+    /// Place of the files.
+    fn files(&self) -> ExportFiles {
+        if !self.store.is_shared() {
+            return ExportFiles::Folder(self.folder.clone());
+        }
+        let (tasks, stopping) = (self.jobs.tasks.clone(), self.jobs.stopping.clone());
+        ExportFiles::Rows { store: self.store.clone(), tasks, stopping }
+    }
+
+    /// Publishes an export that was returned to its queue, or has failed instead.
+    async fn requeued(&self, export: &StoredExport) {
+        let job = export.id;
+        if export.state == JobStatus::Failed {
+            tracing::error!(%job, "an export has failed: too many workers died while making it");
+            self.files().remove(job).await;
+        }
+        self.publish_state(export);
+        self.wake();
+    }
+
+    /// Wakes a worker that waits, since a job is queued.
+    pub fn wake(&self) {
+        self.lane.notify.notify_one();
+        self.events.peers().tell_export();
+    }
+
+    /// Renews a lease.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
+    pub async fn renew(&self, ticket: &ExportTicket) -> Result<(), ApiError> {
+        let renewed = self.store.renew_export(ticket.job, ticket.epoch, limit::LEASE).await;
+        renewed.map_err(stale_or)
+    }
+
     async fn grant(
         &self,
         ticket: ExportTicket,
@@ -144,7 +182,7 @@ impl Exports {
     /// 409 if the lease is not valid any more, 507 if the disk is full.
     pub async fn report(self: &Arc<Self>, report: ExportReport) -> Result<Directive, ApiError> {
         let ExportReport { ticket, update } = report;
-        renew_lease(&**self, &ticket)?;
+        self.renew(&ticket).await?;
         // Runs in a separate task: what was written must be published even if the worker
         // disconnects.
         let own = self.clone();
@@ -160,8 +198,7 @@ impl Exports {
         if export.state == JobStatus::Running {
             return Ok(Directive::Continue);
         }
-        self.jobs.leases.end(&ticket);
-        self.lane.notify.notify_one();
+        self.wake();
         Ok(Directive::Stop)
     }
 
@@ -183,10 +220,11 @@ impl Exports {
                 );
                 return self.fail(ticket, words).await;
             }
-            let folder = self.folder.clone();
-            run_blocking(move || folder.write(job, number, &bytes)).await?.map_err(disk)?;
+            let content = self.files().write(job, number, bytes).await?;
             let file = StoredExportFile { number, bytes: size, note };
-            self.store.record_export_file((job, ticket.epoch), file, now_ms()).await
+            self.store
+                .record_export_file((job, ticket.epoch), file, content, (limit::LEASE, now_ms()))
+                .await
         };
         match export {
             Ok(export) => {
@@ -203,7 +241,7 @@ impl Exports {
                     state,
                     Ok(JobStatus::Queued | JobStatus::Running | JobStatus::Succeeded)
                 ) {
-                    self.remove_files(job).await;
+                    self.files().remove(job).await;
                 }
                 Err(stale())
             }
@@ -212,45 +250,47 @@ impl Exports {
     }
 
     /// Deletes the oldest exports that have ended until `bytes` more fit. Returns false if they do
-    /// not fit even then.
+    /// not fit even then. Other servers may make space at the same time: then an export more than
+    /// necessary is deleted, or each of them exceeds the bound by a file.
     async fn make_space(&self, job: JobId, bytes: u64) -> Result<bool, ApiError> {
-        let exports = self.store.exports().await?;
-        let mut used: u64 = exports.iter().map(|export| export.bytes).sum();
-        let ended = exports.iter().filter(|export| export.state.is_final() && export.id != job);
-        for export in ended.filter(|export| export.bytes > 0) {
+        loop {
+            let exports = self.store.exports().await?;
+            let used: u64 = exports.iter().map(|export| export.bytes).sum();
             if used + bytes <= self.most_bytes {
-                break;
+                return Ok(true);
             }
-            self.delete(export.id).await?;
-            used -= export.bytes;
+            let mut ended = exports.iter().filter(|export| export.state.is_final());
+            let oldest = ended.find(|export| export.id != job && export.bytes > 0);
+            let Some(oldest) = oldest else { return Ok(false) };
+            self.delete(oldest.id).await?;
         }
-        Ok(used + bytes <= self.most_bytes)
     }
 
     async fn fail(&self, ticket: &ExportTicket, reason: String) -> Result<StoredExport, ApiError> {
         let job = ticket.job;
         tracing::warn!(%job, reason, "an export failed");
         let failed = self.store.fail_export((job, ticket.epoch), reason, now_ms()).await;
-        let export = match failed {
-            Err(StorageError::Conflict { .. }) => return Err(stale()),
-            other => other?,
-        };
-        self.remove_files(job).await;
+        let export = failed.map_err(stale_or)?;
+        self.files().remove(job).await;
         self.publish_state(&export);
         Ok(export)
     }
 
-    /// Cancels an export, and deletes its files.
+    /// Cancels an export, with the idempotency record of the request, and deletes its files.
     ///
     /// # Errors
     /// 404 if there is no such export, 409 if it has ended.
-    pub async fn cancel(&self, id: JobId) -> Result<StoredExport, ApiError> {
-        let export = self.store.cancel_export(id, now_ms()).await?.map_err(|state| {
+    pub async fn cancel(
+        &self,
+        id: JobId,
+        idempotency: Option<Idempotency>,
+    ) -> Result<StoredExport, ApiError> {
+        let cancelled = self.store.cancel_export(id, idempotency, now_ms()).await?;
+        let export = cancelled.map_err(|state| {
             ApiError::conflict(format!("the job has already ended: it is {}", state.name()))
         })?;
-        self.jobs.leases.remove(id);
-        self.remove_files(id).await;
-        self.lane.notify.notify_one();
+        self.files().remove(id).await;
+        self.wake();
         self.publish_state(&export);
         Ok(export)
     }
@@ -265,16 +305,23 @@ impl Exports {
             let state = export.state.name();
             return Err(ApiError::conflict(format!("there is no archive: the job is {state}")));
         }
-        let lost = files.iter().filter(|file| !self.folder.has(id, file.number, file.bytes));
-        let lost: Vec<_> = lost.map(|file| file.number).collect();
+        let lost = self.files().lost(id, files).await?;
         if lost.is_empty() {
             return Ok(());
         }
         tracing::warn!(job = %id, files = lost.len(), "files of an export are lost; making them again");
-        self.store.forget_export_files(id, lost).await?;
-        self.lane.notify.notify_one();
+        self.store.forget_export_files((id, export.epoch), lost).await?;
+        self.wake();
         self.publish_state(&self.store.export(id).await?);
         Err(ApiError::conflict("files of the archive were lost; they are being made again"))
+    }
+
+    /// Reads a file of an export.
+    ///
+    /// # Errors
+    /// [`ApiError`] if it is lost.
+    pub async fn read_file(&self, id: JobId, file: &StoredExportFile) -> Result<Bytes, ApiError> {
+        self.files().read(id, file).await
     }
 
     /// Deletes the exports that ended more than [`limit::EXPORT_TTL`] ago.
@@ -288,25 +335,19 @@ impl Exports {
                 self.delete(export.id).await?;
             }
         }
+        self.files().remove_unused();
         Ok(())
     }
 
+    /// Deletes an export that has ended, with its files.
     async fn delete(&self, id: JobId) -> Result<(), ApiError> {
         match self.store.delete_export(id).await {
-            Ok(()) | Err(StorageError::NotFound) => {}
+            Ok(()) => self.files().remove(id).await,
+            // Another server has deleted it, or lost files of it are being made again.
+            Err(StorageError::NotFound) => {}
             Err(error) => return Err(error.into()),
         }
-        self.remove_files(id).await;
         Ok(())
-    }
-
-    /// Deletes the files of an export. What cannot be deleted is deleted at the next start.
-    async fn remove_files(&self, id: JobId) {
-        let folder = self.folder.clone();
-        let removed = run_blocking(move || folder.remove(id)).await;
-        if !matches!(removed, Ok(Ok(()))) {
-            tracing::warn!(job = %id, "files of an export cannot be deleted");
-        }
     }
 
     /// Publishes an export's state.
@@ -348,13 +389,4 @@ pub fn export_json(export: StoredExport) -> ExportAnswer {
 fn expires_ms(export: &StoredExport) -> Option<i64> {
     let ttl = i64::try_from(limit::EXPORT_TTL.as_millis()).unwrap_or(i64::MAX);
     export.ended_ms.map(|ended| ended.saturating_add(ttl))
-}
-
-fn disk(error: std::io::Error) -> ApiError {
-    match error.kind() {
-        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => {
-            ApiError::disk_full("an export needs more space").with_inner(error.to_string())
-        }
-        _ => ApiError::internal(error.to_string()),
-    }
 }

@@ -1,17 +1,18 @@
 //! Kinds of leased jobs. Claims, heartbeats, releases and the loss of leases are the same for all
-//! kinds, see [`lease`](super::lease). A kind is the service that owns the jobs: it claims them and
-//! stores their return.
+//! kinds, see [`lease`](super::lease). A kind is the service that owns the jobs: it claims them,
+//! keeps their leases and stores their return.
 
 use std::sync::Arc;
+use std::time::Duration;
 
-use brood_protocol::{JobId, Ticket};
-use brood_storage::StorageError;
+use brood_protocol::Ticket;
+use brood_storage::{EndedLease, LostLeases, StorageError};
+use http::StatusCode;
 use tokio::sync::Notify;
 use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use super::queue::WaitingWorkers;
-use super::table::{Lease, LeaseTable};
 use crate::problem::ApiError;
 
 /// Kind of leased job.
@@ -20,18 +21,13 @@ pub trait JobKind: Sized + Send + Sync + 'static {
     const NAME: &'static str;
     /// Proof of a lease.
     type Ticket: Ticket;
-    /// Data that the server keeps during a lease.
-    type Payload: Send + 'static;
     /// Message that grants a lease.
     type Grant: Send + 'static;
     /// Name of a queue, if jobs of this kind wait in several; a worker waits for jobs of one.
     type Queue: Copy + Send + Sync + 'static;
 
-    /// Returns the leases of this kind.
-    fn jobs(&self) -> &Jobs<Self>;
-
-    /// Returns the job of a lease.
-    fn job(lease: &LeaseOf<Self>) -> JobId;
+    /// Returns the tasks of this kind.
+    fn jobs(&self) -> &Jobs;
 
     /// Returns the workers that wait for jobs of a queue.
     fn lane(&self, queue: Self::Queue) -> &Lane<Self>;
@@ -50,36 +46,21 @@ pub trait JobKind: Sized + Send + Sync + 'static {
         queue: Self::Queue,
     ) -> impl Future<Output = Result<Option<PendingGrant<Self>>, ApiError>> + Send;
 
-    /// Returns an unfinished job, whose lease has ended, to its queue. If its worker was lost, the
-    /// job may fail instead: a render job after three deaths or ten expired leases, a search after
-    /// three consecutive losses.
-    fn on_returned(
+    /// Ends a lease and returns its unfinished job to its queue.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
+    fn give_back(&self, ticket: &Self::Ticket)
+    -> impl Future<Output = Result<(), ApiError>> + Send;
+
+    /// Ends leases and returns their jobs to their queues. If workers were lost, a job may fail
+    /// instead: a render job after three deaths or ten expired leases, others after three
+    /// consecutive losses. Returns the leases.
+    fn end_lost(
         &self,
-        lease: LeaseOf<Self>,
-        returned: Returned,
-    ) -> impl Future<Output = ()> + Send;
+        lost: LostLeases,
+    ) -> impl Future<Output = Result<Vec<EndedLease>, ApiError>> + Send;
 }
-
-/// Reason for the return of an unfinished job.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Returned {
-    /// The worker gave the job back, or never got it.
-    Released,
-    /// The lease expired: the worker was stopped, cut off or has died.
-    Expired,
-    /// The worker has died, or sent what is no picture.
-    Died,
-}
-
-impl Returned {
-    /// True if the worker may have been lost because of the job.
-    pub fn is_loss(self) -> bool {
-        self != Self::Released
-    }
-}
-
-/// Lease of one kind of job.
-pub type LeaseOf<K> = Lease<<K as JobKind>::Ticket, <K as JobKind>::Payload>;
 
 /// Workers that wait for jobs of one queue.
 pub struct Lane<K: JobKind> {
@@ -95,21 +76,21 @@ impl<K: JobKind> Default for Lane<K> {
     }
 }
 
-/// Leases of one kind of job.
-pub struct Jobs<K: JobKind> {
-    /// The leases.
-    pub leases: LeaseTable<K::Ticket, K::Payload>,
+/// Tasks of one kind of job.
+pub struct Jobs {
     /// Tasks that may outlive their request.
     pub tasks: TaskTracker,
     /// Cancelled when the server begins to stop.
     pub stopping: CancellationToken,
+    /// Interval at which waiting workers look for jobs without a notification, if other servers
+    /// queue jobs, too.
+    pub poll: Option<Duration>,
 }
 
-impl<K: JobKind> Jobs<K> {
-    /// Creates an empty table of leases.
-    pub fn new(tasks: &TaskTracker, stopping: &CancellationToken) -> Self {
-        let leases = LeaseTable::default();
-        Self { leases, tasks: tasks.clone(), stopping: stopping.clone() }
+impl Jobs {
+    /// Uses the tracker of tasks and the token of the server.
+    pub fn new(tasks: &TaskTracker, stopping: &CancellationToken, poll: Option<Duration>) -> Self {
+        Self { tasks: tasks.clone(), stopping: stopping.clone(), poll }
     }
 }
 
@@ -138,12 +119,15 @@ impl<K: JobKind> Drop for PendingGrant<K> {
         if self.grant.is_none() {
             return;
         }
-        if let Some(lease) = self.kind.jobs().leases.end(&self.ticket) {
-            let kind = self.kind.clone();
-            self.kind
-                .jobs()
-                .tasks
-                .spawn(async move { kind.on_returned(lease, Returned::Released).await });
-        }
+        let (kind, ticket) = (self.kind.clone(), self.ticket);
+        self.kind.jobs().tasks.spawn(async move {
+            // 409 if the lease has ended meanwhile.
+            if let Err(error) = kind.give_back(&ticket).await
+                && error.status() != StatusCode::CONFLICT
+            {
+                let reason = &error.problem().detail;
+                tracing::error!(kind = K::NAME, reason, "cannot requeue a job");
+            }
+        });
     }
 }

@@ -1,29 +1,17 @@
-//! Leases of all kinds of jobs: claims, heartbeats, releases, and the return of jobs whose lease is
-//! lost.
+//! Leases of all kinds of jobs: claims, and the return of jobs whose lease is lost.
 
 use std::sync::Arc;
 use std::time::Duration;
 
+use brood_storage::{EndedLease, LostLeases, StorageError};
 use tokio::time::Instant;
 
-use super::kind::{JobKind, Returned};
-use super::table::Renewed;
+use super::kind::JobKind;
 use crate::limit;
 use crate::problem::ApiError;
 
 /// Longest error text of a worker that is stored.
 const REASON_CHARS: usize = 500;
-
-/// Reason for ending leases.
-#[derive(Debug, Clone, Copy)]
-pub enum LeaseEnd<'a> {
-    /// Ends the leases that have expired.
-    Expired,
-    /// Ends the leases of a worker that has died, before they expire.
-    Death(&'a str),
-    /// Ends all leases: the server stops.
-    Shutdown,
-}
 
 /// Waits for a job of a queue; `None` if there is none in the requested time.
 ///
@@ -60,6 +48,7 @@ pub async fn claim_lease<K: JobKind>(
                 return Ok(Some(pending.take()));
             }
         }
+        let look = jobs.poll.map_or(deadline, |poll| deadline.min(Instant::now() + poll));
         let mut receiver = lane.waiting.join(worker);
         tokio::select! {
             biased;
@@ -67,7 +56,7 @@ pub async fn claim_lease<K: JobKind>(
                 return Ok(Some(pending.take()));
             },
             () = notified => {}
-            () = tokio::time::sleep_until(deadline) => {}
+            () = tokio::time::sleep_until(look) => {}
             () = jobs.stopping.cancelled() => {}
         }
         // A job may have arrived while another branch ended the wait.
@@ -81,47 +70,38 @@ pub async fn claim_lease<K: JobKind>(
     }
 }
 
-/// Renews a lease.
-///
-/// # Errors
-/// 409 if the lease is not valid any more.
-pub fn renew_lease<K: JobKind>(kind: &K, ticket: &K::Ticket) -> Result<Renewed, ApiError> {
-    kind.jobs().leases.renew(ticket).ok_or_else(stale)
-}
-
-/// Returns an unfinished job to its queue.
-///
-/// # Errors
-/// 409 if the lease is not valid any more.
-pub async fn release_lease<K: JobKind>(kind: &K, ticket: &K::Ticket) -> Result<(), ApiError> {
-    let lease = kind.jobs().leases.end(ticket).ok_or_else(stale)?;
-    kind.on_returned(lease, Returned::Released).await;
-    Ok(())
+/// As [`try_end_leases`], but logs an error.
+pub async fn end_leases<K: JobKind>(kind: &K, lost: LostLeases) -> Vec<String> {
+    match try_end_leases(kind, lost).await {
+        Ok(workers) => workers,
+        Err(error) => {
+            let reason = &error.problem().detail;
+            tracing::error!(kind = K::NAME, reason, "cannot end the leases of lost workers");
+            Vec::new()
+        }
+    }
 }
 
 /// Ends leases and requeues their jobs. Returns the names of the workers that held them.
-pub async fn end_leases<K: JobKind>(kind: &K, end: LeaseEnd<'_>) -> Vec<String> {
-    let leases = &kind.jobs().leases;
-    let (ended, (returned, lost)) = match end {
-        LeaseEnd::Expired => {
-            (leases.end_expired(), (Returned::Expired, Some("a lease has expired")))
-        }
-        LeaseEnd::Death(worker) => (
-            leases.end_those_of(worker),
-            (Returned::Died, Some("a worker died while running a job")),
-        ),
-        LeaseEnd::Shutdown => (leases.end_all(), (Returned::Released, None)),
+///
+/// # Errors
+/// [`ApiError`] if the store fails.
+pub async fn try_end_leases<K: JobKind>(
+    kind: &K,
+    lost: LostLeases,
+) -> Result<Vec<String>, ApiError> {
+    let message = match lost {
+        LostLeases::Expired => Some("a lease has expired"),
+        LostLeases::OfWorker(_) => Some("a worker died while running a job"),
+        LostLeases::OfStopped(_) | LostLeases::OfProcess => None,
     };
-    let mut workers = Vec::with_capacity(ended.len());
-    for lease in ended {
-        workers.push(lease.worker.clone());
-        if let Some(message) = lost {
-            let (job, worker) = (K::job(&lease), &lease.worker);
-            tracing::warn!(kind = K::NAME, %job, worker, "{message}");
+    let ended = kind.end_lost(lost).await?;
+    for EndedLease { id, worker, .. } in &ended {
+        if let Some(message) = message {
+            tracing::warn!(kind = K::NAME, job = %id, worker, "{message}");
         }
-        kind.on_returned(lease, returned).await;
     }
-    workers
+    Ok(ended.into_iter().map(|lease| lease.worker).collect())
 }
 
 /// Time to live of a lease, in milliseconds.
@@ -132,6 +112,14 @@ pub(super) fn lease_ms(ttl: Duration) -> u32 {
 /// Error for a lease that is not valid any more.
 pub(super) fn stale() -> ApiError {
     ApiError::stale_lease("the lease has expired, or another worker finished the job")
+}
+
+/// Returns [`stale`] if a lease in the store is not valid any more, or its job is removed.
+pub(super) fn stale_or(error: StorageError) -> ApiError {
+    match error {
+        StorageError::Conflict { .. } | StorageError::NotFound => stale(),
+        error => error.into(),
+    }
 }
 
 /// Returns the start of a worker's error text.

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use brood_protocol::{PictureKey, Queue, RenderJob};
+use brood_protocol::{LeaseTicket, PictureKey, Queue, RenderJob};
 use brood_storage::{Store, StoredPicture};
 use bytes::Bytes;
 
@@ -12,6 +12,7 @@ use super::history::History;
 use super::kind::{Jobs, Lane};
 use super::render_queue::{QueueFull, RenderQueue};
 use super::request::{FrameId, PictureRequest, queue_for, render_work};
+use super::table::{LeaseTable, LeasedRender};
 use crate::client::Client;
 use crate::deferred::{AnswerProgress, longest_wait};
 use crate::event::Events;
@@ -38,8 +39,10 @@ pub struct PictureService {
     pub cache: PictureCache,
     /// Requested pictures, collected by frame for a short time before they become render jobs.
     pub batches: Coalescer<FrameId, Arc<StoredPicture>>,
+    /// Tasks of render jobs.
+    pub jobs: Jobs,
     /// Leases of render jobs.
-    pub jobs: Jobs<Self>,
+    pub leases: LeaseTable<LeaseTicket, LeasedRender>,
     /// Workers that wait for interactive jobs.
     pub interactive: Lane<Self>,
     /// Workers that wait for batch jobs.

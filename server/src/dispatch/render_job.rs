@@ -8,41 +8,29 @@ use brood_protocol::{
     PictureKey, Queue, RenderItem, RenderJob, RenderOutcome, RenderedPicture,
 };
 use brood_scene::PixelArea;
-use brood_storage::StorageError;
+use brood_storage::{EndedLease, LostLeases, StorageError};
 use bytes::Bytes;
 
 use super::history::FinishedJob;
-use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant, Returned};
-use super::lease::{lease_ms, renew_lease, shortened, stale};
+use super::kind::{JobKind, Jobs, Lane, PendingGrant};
+use super::lease::{lease_ms, shortened, stale};
 use super::pictures::PictureService;
-use super::render_queue::{QueueFull, QueuedJob};
-use super::table::Renewed;
+use super::render_queue::{QueueFull, QueuedJob, Returned};
+use super::table::{LeasedRender, RenderLease, Renewed};
 use crate::client::Client;
 use crate::limit;
 use crate::picture::{Failure, check, decode as decode_picture};
 use crate::problem::{ApiError, quote};
 use crate::processors::run_blocking;
 
-/// Render job during its lease.
-pub struct LeasedRender {
-    job: QueuedJob,
-    /// Time that the job waited in the queue.
-    queued: Duration,
-}
-
 impl JobKind for PictureService {
     const NAME: &'static str = "render";
     type Ticket = LeaseTicket;
-    type Payload = LeasedRender;
     type Grant = LeaseGrant;
     type Queue = Queue;
 
-    fn jobs(&self) -> &Jobs<Self> {
+    fn jobs(&self) -> &Jobs {
         &self.jobs
-    }
-
-    fn job(lease: &LeaseOf<Self>) -> JobId {
-        lease.payload.job.id
     }
 
     fn lane(&self, queue: Queue) -> &Lane<Self> {
@@ -85,16 +73,28 @@ impl JobKind for PictureService {
         Ok(None)
     }
 
-    async fn on_returned(&self, lease: LeaseOf<Self>, returned: Returned) {
-        let queue = lease.payload.job.queue;
-        match self.queue.put_back(lease.payload.job, returned) {
-            None => self.lane(queue).notify.notify_one(),
-            Some(dead) => {
-                let reason = "worker_lost: its workers died or were cut off while rendering it";
-                tracing::error!(job = %dead.id, reason, "a job has failed permanently");
-                self.cache.fail(keys(&dead), &Failure::Render(reason.into()));
+    async fn give_back(&self, ticket: &LeaseTicket) -> Result<(), ApiError> {
+        let lease = self.leases.end(ticket).ok_or_else(stale)?;
+        self.put_back(lease, Returned::Released);
+        Ok(())
+    }
+
+    async fn end_lost(&self, lost: LostLeases) -> Result<Vec<EndedLease>, ApiError> {
+        let (leases, returned) = match lost {
+            LostLeases::Expired => (self.leases.end_expired(), Returned::Expired),
+            LostLeases::OfWorker(worker) => (self.leases.end_those_of(&worker), Returned::Died),
+            LostLeases::OfStopped(worker) => {
+                (self.leases.end_those_of(&worker), Returned::Released)
             }
+            LostLeases::OfProcess => (self.leases.end_all(), Returned::Released),
+        };
+        let mut ended = Vec::with_capacity(leases.len());
+        for lease in leases {
+            let (id, epoch) = (lease.payload.job.id, lease.ticket.epoch);
+            ended.push(EndedLease { id, epoch, worker: lease.worker.clone() });
+            self.put_back(lease, returned);
         }
+        Ok(ended)
     }
 }
 
@@ -123,6 +123,19 @@ impl PictureService {
         Ok(id)
     }
 
+    /// Returns the job of a lease that has ended to its queue.
+    fn put_back(&self, lease: RenderLease, returned: Returned) {
+        let queue = lease.payload.job.queue;
+        match self.queue.put_back(lease.payload.job, returned) {
+            None => self.lane(queue).notify.notify_one(),
+            Some(dead) => {
+                let reason = "worker_lost: its workers died or were cut off while rendering it";
+                tracing::error!(job = %dead.id, reason, "a job has failed permanently");
+                self.cache.fail(keys(&dead), &Failure::Render(reason.into()));
+            }
+        }
+    }
+
     /// Grants the lease of a job.
     fn grant(
         self: &Arc<Self>,
@@ -136,7 +149,7 @@ impl PictureService {
             Queue::Interactive => limit::INTERACTIVE_LEASE,
             Queue::Batch => limit::BATCH_LEASE,
         };
-        self.jobs.leases.grant(ticket, worker, LeasedRender { job, queued }, ttl);
+        self.leases.grant(ticket, worker, LeasedRender { job, queued }, ttl);
         let ttl_ms = lease_ms(ttl);
         PendingGrant::new(self, ticket, LeaseGrant { ticket, job: id, ttl_ms, work })
     }
@@ -146,14 +159,14 @@ impl PictureService {
     ///
     /// # Errors
     /// 409 if the lease is not valid any more.
-    pub async fn renew(&self, renewal: &LeaseRenewal) -> Result<Renewed, ApiError> {
+    pub fn renew(&self, renewal: &LeaseRenewal) -> Result<Renewed, ApiError> {
         let LeaseRenewal { ticket, progress } = renewal;
-        let renewed = renew_lease(self, ticket)?;
-        let read = |lease: &LeaseOf<Self>| keys(&lease.payload.job).collect::<Vec<_>>();
-        let Some(keys) = self.jobs.leases.read(ticket, read) else { return Ok(renewed) };
+        let renewed = self.leases.renew(ticket).ok_or_else(stale)?;
+        let read = |lease: &RenderLease| keys(&lease.payload.job).collect::<Vec<_>>();
+        let Some(keys) = self.leases.read(ticket, read) else { return Ok(renewed) };
         self.cache.note_progress(&keys, *progress);
         if self.cache.end_if_abandoned(&keys)
-            && let Some(lease) = self.jobs.leases.end(ticket)
+            && let Some(lease) = self.leases.end(ticket)
         {
             let job = lease.payload.job.id;
             tracing::debug!(%job, "no client waits for a job any more");
@@ -192,7 +205,7 @@ impl PictureService {
         results: LeaseResults,
         is_own: bool,
     ) -> Result<(), ApiError> {
-        let lease = self.jobs.leases.end(&results.ticket).ok_or_else(stale)?;
+        let lease = self.leases.end(&results.ticket).ok_or_else(stale)?;
         let job = lease.payload.job.id;
         let (pictures, work) = match results.outcome {
             RenderOutcome::Pictures(pictures, work) => (pictures, work),
@@ -225,7 +238,7 @@ impl PictureService {
                     self.fail_job(&lease, "the worker sent invalid pictures");
                 } else {
                     // Another worker may do better.
-                    self.on_returned(lease, Returned::Died).await;
+                    self.put_back(lease, Returned::Died);
                 }
                 return Err(ApiError::refused(reason));
             }
@@ -244,7 +257,7 @@ impl PictureService {
     }
 
     /// Marks a job as failed.
-    fn fail_job(&self, lease: &LeaseOf<PictureService>, reason: &str) {
+    fn fail_job(&self, lease: &RenderLease, reason: &str) {
         self.cache.fail(keys(&lease.payload.job), &Failure::Render(reason.into()));
         self.queue.fail(&lease.payload.job, reason);
     }

@@ -10,7 +10,6 @@ use std::time::{Duration, Instant};
 
 use brood_protocol::{JobId, PictureKey, Queue, RenderJob, encode};
 
-use super::kind::Returned;
 use super::request::queue_for;
 use super::turns::Turns;
 use crate::client::Client;
@@ -37,6 +36,17 @@ brood_genome::named_enum! {
         /// Given up: its workers died repeatedly.
         Dead => "dead",
     }
+}
+
+/// Reason for the return of an unfinished job.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Returned {
+    /// The worker gave the job back, or never got it.
+    Released,
+    /// The lease expired: the worker was stopped, cut off or has died.
+    Expired,
+    /// The worker has died, or sent what is no picture.
+    Died,
 }
 
 /// Render job. It belongs to the queue, or to the lease of a worker.

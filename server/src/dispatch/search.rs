@@ -11,16 +11,19 @@ use std::time::Duration;
 
 use brood_eval::picture_size;
 use brood_protocol::{
-    CalibratedView, CorrectedScene, Directive, FoundMaterial, Generation, GenerationLine, JobId,
+    CalibratedView, CorrectedScene, Directive, FoundMaterial, Generation, GenerationLine,
     MaterialSpread, MeasuredMaterial, ReportedSpread, SceneCorrection, SearchGrant, SearchReport,
     SearchState, SearchTicket, SearchUpdate, WireError, decode_stored,
 };
 use brood_scene::Scene;
-use brood_storage::{ClaimedSearch, SearchEnd, SearchStep, StorageError, Store, StoredSearch};
+use brood_storage::{
+    ClaimedSearch, EndedLease, LostLeases, SearchEnd, SearchStep, StorageError, Store, StoredSearch,
+};
 use brood_target::Objective;
+use http::StatusCode;
 
-use super::kind::{JobKind, Jobs, Lane, LeaseOf, PendingGrant, Returned};
-use super::lease::{lease_ms, renew_lease, shortened, stale};
+use super::kind::{JobKind, Jobs, Lane, PendingGrant};
+use super::lease::{lease_ms, shortened, stale, stale_or};
 use super::pictures::PictureService;
 use crate::breeding::Breeding;
 use crate::clock::now_ms;
@@ -48,8 +51,8 @@ const SPREAD_CELLS: u32 = 90;
 pub struct Searches {
     /// Database.
     pub store: Store,
-    /// Leases of searches.
-    pub jobs: Jobs<Self>,
+    /// Tasks of searches.
+    pub jobs: Jobs,
     /// Waiting workers.
     pub lane: Lane<Self>,
     /// Maker of the broods of found materials.
@@ -67,16 +70,11 @@ pub struct Searches {
 impl JobKind for Searches {
     const NAME: &'static str = "search";
     type Ticket = SearchTicket;
-    type Payload = ();
     type Queue = ();
     type Grant = SearchGrant;
 
-    fn jobs(&self) -> &Jobs<Self> {
+    fn jobs(&self) -> &Jobs {
         &self.jobs
-    }
-
-    fn job(lease: &LeaseOf<Self>) -> JobId {
-        lease.ticket.job
     }
 
     fn lane(&self, (): ()) -> &Lane<Self> {
@@ -92,9 +90,8 @@ impl JobKind for Searches {
         worker: &str,
         (): (),
     ) -> Result<Option<PendingGrant<Self>>, ApiError> {
-        while let Some(claimed) = self.store.claim_search(worker, now_ms()).await? {
+        while let Some(claimed) = self.store.claim_search(worker, limit::LEASE, now_ms()).await? {
             let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
-            self.jobs.leases.grant(ticket, worker, (), limit::LEASE);
             match grant(ticket, claimed) {
                 Ok(grant) => {
                     let pending = PendingGrant::new(self, ticket, grant);
@@ -111,24 +108,57 @@ impl JobKind for Searches {
         Ok(None)
     }
 
-    async fn on_returned(&self, lease: LeaseOf<Self>, returned: Returned) {
-        let SearchTicket { job, epoch } = lease.ticket;
-        match self.store.release_search(job, epoch, returned.is_loss(), now_ms()).await {
-            Ok(search) => {
-                if search.state == SearchState::Failed {
-                    tracing::error!(%job, "a search has failed: too many workers died while running it");
-                }
-                self.publish_state(&search);
-                self.lane.notify.notify_one();
-            }
-            // Paused or cancelled meanwhile.
-            Err(StorageError::Conflict { .. } | StorageError::NotFound) => {}
-            Err(error) => tracing::error!(%job, %error, "cannot requeue a search"),
-        }
+    async fn give_back(&self, ticket: &SearchTicket) -> Result<(), ApiError> {
+        let SearchTicket { job, epoch } = *ticket;
+        let released = self.store.release_search(job, epoch, false, now_ms()).await;
+        self.requeued(&released.map_err(stale_or)?);
+        Ok(())
+    }
+
+    async fn end_lost(&self, lost: LostLeases) -> Result<Vec<EndedLease>, ApiError> {
+        let ended = self.store.end_search_leases(lost, now_ms()).await?;
+        let requeued = |(lease, search)| {
+            self.requeued(&search);
+            lease
+        };
+        Ok(ended.into_iter().map(requeued).collect())
     }
 }
 
 impl Searches {
+    /// Publishes a search that was returned to its queue, or has failed instead.
+    fn requeued(&self, search: &StoredSearch) {
+        if search.state == SearchState::Failed {
+            let job = search.id;
+            tracing::error!(%job, "a search has failed: too many workers died while running it");
+        }
+        self.publish_state(search);
+        self.wake();
+    }
+
+    /// Wakes a worker that waits, since a job is queued.
+    pub fn wake(&self) {
+        self.lane.notify.notify_one();
+        self.events.peers().tell_search();
+    }
+
+    /// Renews a lease. The worker of a search that was paused goes on until its next report, which
+    /// saves the search.
+    ///
+    /// # Errors
+    /// 409 if the lease is not valid any more.
+    pub async fn renew(&self, ticket: &SearchTicket) -> Result<(), ApiError> {
+        let renewed = self.store.renew_search(ticket.job, ticket.epoch, limit::LEASE).await;
+        match renewed {
+            Err(StorageError::Conflict { .. })
+                if is_paused(&self.store.search(ticket.job).await.map_err(stale_or)?, ticket) =>
+            {
+                Ok(())
+            }
+            renewed => renewed.map_err(stale_or),
+        }
+    }
+
     /// Marks a search that no worker can run as failed, and ends its lease.
     async fn fail_claimed(&self, ticket: &SearchTicket, reason: String) -> Result<(), ApiError> {
         let search = self.store.search(ticket.job).await?;
@@ -136,20 +166,21 @@ impl Searches {
         if search.epoch == ticket.epoch {
             self.fail_search(&search, reason).await?;
         }
-        self.jobs.leases.end(ticket);
         Ok(())
     }
 
-    /// Stores a worker's report and returns its directive.
+    /// Stores a worker's report and returns its directive. A search that was paused since its last
+    /// report takes further generations and a checkpoint.
     ///
     /// # Errors
     /// 409 if the lease is not valid any more, 422 if the report is invalid.
     pub async fn report(self: &Arc<Self>, report: SearchReport) -> Result<Directive, ApiError> {
-        let SearchReport { ticket, update } = report;
-        let held = renew_lease(&**self, &ticket)?.age;
-        let search = self.store.search(ticket.job).await?;
-        if search.epoch != ticket.epoch || search.state != SearchState::Running {
-            self.jobs.leases.end(&ticket);
+        let SearchReport { ticket, held_ms, update } = report;
+        let held = Duration::from_millis(held_ms);
+        let search = self.store.search(ticket.job).await.map_err(stale_or)?;
+        let is_step = matches!(update, SearchUpdate::Generations { .. });
+        let is_leased = search.epoch == ticket.epoch && search.state == SearchState::Running;
+        if !is_leased && !(is_step && is_paused(&search, &ticket)) {
             return Err(stale());
         }
         // Runs in a separate task: what was written must be published even if the worker
@@ -158,7 +189,16 @@ impl Searches {
         let taken = self.jobs.tasks.spawn(async move {
             match update {
                 SearchUpdate::Generations { lines, checkpoint, best } => {
-                    own.take_generations(&search, held, (lines, checkpoint), best).await
+                    let step = (lines.clone(), checkpoint.clone());
+                    let taken = own.take_generations(&search, held, step, best.clone()).await;
+                    if !taken.as_ref().is_err_and(|error| error.status() == StatusCode::CONFLICT) {
+                        return taken;
+                    }
+                    let now = own.store.search(ticket.job).await.map_err(stale_or)?;
+                    if !is_paused(&now, &ticket) {
+                        return taken;
+                    }
+                    own.take_generations(&now, held, (lines, checkpoint), best).await
                 }
                 SearchUpdate::Finished { front, seconds } => {
                     own.take_front(&search, front, seconds).await
@@ -169,9 +209,11 @@ impl Searches {
             }
         });
         let directive = taken.await.map_err(|error| ApiError::internal(error.to_string()))??;
-        if directive == Directive::Stop {
-            self.jobs.leases.end(&ticket);
-            self.lane.notify.notify_one();
+        match directive {
+            Directive::Stop => self.wake(),
+            // Other reports renew the lease with the step that they store.
+            Directive::Continue if !is_step => self.renew(&ticket).await?,
+            Directive::Continue | Directive::Yield => {}
         }
         Ok(directive)
     }
@@ -246,45 +288,62 @@ impl Searches {
         &self,
         search: &StoredSearch,
         held: Duration,
-        (lines, checkpoint): (Vec<GenerationLine>, Vec<u8>),
+        (lines, checkpoint): (Vec<GenerationLine>, Option<Vec<u8>>),
         best: Option<MeasuredMaterial>,
     ) -> Result<Directive, ApiError> {
+        let last = lines.last().copied();
+        let (is_paused, is_saved) = (search.state == SearchState::Paused, checkpoint.is_some());
+        // Of a paused search only the missing checkpoint is wanted.
+        let directive = match (is_paused, is_saved) {
+            (true, true) => Directive::Stop,
+            (true, false) => Directive::Yield,
+            (false, _) => Directive::Continue,
+        };
+        // The answer to a report was lost, and the worker repeats it.
+        if last.is_some_and(|last| last.generation <= search.generation) {
+            return Ok(directive);
+        }
         let follows = lines.iter().map(|line| line.generation);
         if lines.len() > REPORT_LINES || !follows.eq((search.generation + 1..).take(lines.len())) {
             return Err(ApiError::refused(
                 "the generations of a report must continue those before, at most 100000 at a time",
             ));
         }
-        let Some(last) = lines.last().copied() else {
-            return Err(ApiError::refused("a report must have at least one generation"));
-        };
+        if lines.is_empty() && !is_saved {
+            return Err(ApiError::refused("a report must have a generation or a checkpoint"));
+        }
+        if best.is_some() && (lines.is_empty() || !is_saved) {
+            return Err(ApiError::refused(
+                "a report with a material must have its generation and a checkpoint",
+            ));
+        }
+        let seconds = last.map_or(search.seconds, |line| line.seconds);
+        let (generation, evaluations) = last
+            .map_or((search.generation, search.evaluations), |line| {
+                (line.generation, line.evaluations)
+            });
         // A search that has used its budget ends with its next report.
-        let budget = search.options.budget;
-        let used = budget.used_share(last.generation, last.evaluations, last.seconds);
-        let yields =
-            held >= limit::SEARCH_SLICE && used < 1.0 && self.store.any_search_queued().await?;
+        let used = search.options.budget.used_share(generation, evaluations, seconds);
+        let is_due = !is_paused
+            && held >= limit::SEARCH_SLICE
+            && used < 1.0
+            && self.store.any_search_queued().await?;
+        let yields = is_due && is_saved;
         self.metrics.search_generations.increment(lines.len() as u64);
-        let hash = *blake3::hash(&checkpoint).as_bytes();
-        let step = SearchStep {
-            lines,
-            checkpoint: Some((checkpoint, hash)),
-            seconds: last.seconds,
-            yields,
-            ..step(search)
-        };
-        let born = match best {
-            Some(best) => {
-                let generation = last.generation;
-                let plain = step.clone();
-                let with =
-                    move |mut found: Vec<FoundMaterial>| SearchStep { best: found.pop(), ..plain };
-                self.record(search, (vec![best], generation), with).await?
+        let checkpoint = checkpoint.map(|bytes| {
+            let hash = *blake3::hash(&bytes).as_bytes();
+            (bytes, hash)
+        });
+        let step = SearchStep { lines, checkpoint, seconds, yields, ..step(search) };
+        let (search, born) = match self.store_step(search, step, best, generation).await {
+            Ok(stored) => stored,
+            // The same report was on its way twice.
+            Err(error) if error.status() == StatusCode::CONFLICT => {
+                let now = self.store.search(search.id).await.map_err(stale_or)?;
+                let is_stored = now.epoch == search.epoch && now.generation >= generation;
+                return if is_stored && last.is_some() { Ok(directive) } else { Err(error) };
             }
-            None => None,
-        };
-        let search = match born {
-            Some(_) => self.store.search(search.id).await?,
-            None => self.store.step_search(step).await?,
+            Err(error) => return Err(error),
         };
         self.publish_progress(&search);
         if let Some(generation) = &born {
@@ -293,7 +352,32 @@ impl Searches {
         if yields {
             self.publish_state(&search);
         }
-        Ok(if yields { Directive::Stop } else { Directive::Continue })
+        Ok(match (yields, is_due) {
+            (true, _) => Directive::Stop,
+            (false, true) => Directive::Yield,
+            (false, false) => directive,
+        })
+    }
+
+    /// Stores a step, with its best material as a generation of the lineage if it fits the dialect.
+    /// Returns the search after the step and that generation.
+    async fn store_step(
+        &self,
+        search: &StoredSearch,
+        step: SearchStep,
+        best: Option<MeasuredMaterial>,
+        generation: u32,
+    ) -> Result<(StoredSearch, Option<Generation>), ApiError> {
+        if let Some(best) = best {
+            let plain = step.clone();
+            let with =
+                move |mut found: Vec<FoundMaterial>| SearchStep { best: found.pop(), ..plain };
+            let born = self.record(search, (vec![best], generation), with).await?;
+            if born.is_some() {
+                return Ok((self.store.search(search.id).await?, born));
+            }
+        }
+        Ok((self.store.step_search(step).await.map_err(stale_or)?, None))
     }
 
     async fn take_front(
@@ -385,17 +469,26 @@ fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, Wi
     })
 }
 
+/// True if a search was paused while the worker of a ticket had leased it, and was not changed
+/// since.
+fn is_paused(search: &StoredSearch, ticket: &SearchTicket) -> bool {
+    search.state == SearchState::Paused && search.epoch == ticket.epoch + 1
+}
+
 /// Returns a step that changes nothing.
 fn step(search: &StoredSearch) -> SearchStep {
     SearchStep {
         id: search.id,
         epoch: search.epoch,
+        is_paused: search.state == SearchState::Paused,
+        from: search.generation,
         lines: Vec::new(),
         checkpoint: None,
         best: None,
         best_before: search.best.as_ref().map(|best| best.hash),
         seconds: search.seconds,
         yields: false,
+        ttl: limit::LEASE,
         end: None,
     }
 }

@@ -1,22 +1,36 @@
-//! Lease table, on the monotonic clock: jumps of the wall clock expire no lease.
+//! Leases of render jobs, on the monotonic clock: jumps of the wall clock expire no lease.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
-use brood_protocol::Ticket;
+use brood_protocol::{LeaseTicket, Ticket};
 use tokio::time::Instant;
 
-/// Job that is granted to a worker.
+use super::render_queue::QueuedJob;
+
+/// Render job during its lease.
+#[derive(Debug)]
+pub struct LeasedRender {
+    /// The job.
+    pub job: QueuedJob,
+    /// Time that it waited in the queue.
+    pub queued: Duration,
+}
+
+/// Lease of a render job.
+pub type RenderLease = Lease<LeaseTicket, LeasedRender>;
+
+/// Job that is granted to a worker, with data that is kept during the lease.
 #[derive(Debug)]
 pub struct Lease<T, P> {
-    /// Key and epoch. The store rejects writes of other epochs.
+    /// Key and epoch.
     pub ticket: T,
     /// Name of the worker.
     pub worker: String,
     /// Time of the grant.
     pub granted: Instant,
-    /// Data that the kind of job keeps during the lease.
+    /// Data of the job.
     pub payload: P,
     /// Time to live without renewal.
     ttl: Duration,
@@ -32,7 +46,7 @@ pub struct Renewed {
     pub age: Duration,
 }
 
-/// Leases of one kind of job.
+/// Leases by their keys.
 #[derive(Debug)]
 pub struct LeaseTable<T: Ticket, P> {
     leases: Mutex<HashMap<T::Key, Lease<T, P>>>,
@@ -76,11 +90,6 @@ impl<T: Ticket, P> LeaseTable<T, P> {
         let mut leases = self.lock();
         let held = leases.get(&ticket.key())?.ticket.epoch() == ticket.epoch();
         if held { leases.remove(&ticket.key()) } else { None }
-    }
-
-    /// Ends the lease with this key, of any epoch.
-    pub fn remove(&self, key: T::Key) {
-        self.lock().remove(&key);
     }
 
     /// Removes and returns the expired leases.
@@ -153,8 +162,6 @@ mod tests {
             assert!(table.renew(&stale).is_none() && table.end(&stale).is_none());
         }
         assert_eq!(table.len(), 1);
-        table.remove(ticket.lease);
-        assert!(table.renew(&ticket).is_none());
     }
 
     #[tokio::test]

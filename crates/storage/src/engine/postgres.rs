@@ -3,13 +3,15 @@
 //! Each write is a transaction of its own connection. PostgreSQL ends the transaction of a lost
 //! server after 3 s, see `LIMITS`.
 
+pub(crate) mod bus;
+
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use sqlx::migrate::MigrateError;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
-use sqlx::{ConnectOptions, Connection, PgConnection, PgPool};
+use sqlx::{AssertSqlSafe, ConnectOptions, Connection, PgConnection, PgPool};
 use tokio::sync::Semaphore;
 
 use crate::StorageError;
@@ -18,9 +20,17 @@ use crate::error::{Result, postgres_error};
 use crate::sql::{Conn, Held};
 use crate::write::{CommitTimes, WriteFuture};
 
+use bus::{Bus, BusLink};
+
 /// Oldest supported PostgreSQL, as `server_version_num` gives it.
 const MIN_VERSION: i32 = 150_000;
-const CONNECTIONS: u32 = 32;
+/// Connections of a server besides: the lock, the bus and its replacement.
+const OTHER_CONNECTIONS: u32 = 4;
+/// Time for which the start of a server waits for a command, or for the end of servers of another
+/// version.
+const LOCK_WAIT: Duration = Duration::from_secs(10);
+/// Interval of attempts to lock the schema.
+const LOCK_RETRY: Duration = Duration::from_millis(200);
 /// Time that a read or write waits for a connection.
 const WAIT: Duration = Duration::from_secs(5);
 /// Writes that may wait for a connection. Others fail with [`StorageError::Busy`].
@@ -29,8 +39,10 @@ const WAITING_WRITES: usize = 256;
 const IDLE: Duration = Duration::from_secs(1);
 /// Limits of a session. The first ends the transaction of a lost server, which holds the lock of a
 /// lineage until then.
-const LIMITS: [(&str, &str); 6] = [
+const LIMITS: [(&str, &str); 7] = [
     ("idle_in_transaction_session_timeout", "3s"),
+    // The connection with the lock of the schema is idle for ever.
+    ("idle_session_timeout", "0"),
     ("lock_timeout", "5s"),
     ("statement_timeout", "30s"),
     ("tcp_user_timeout", "5s"),
@@ -52,10 +64,11 @@ static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/po
 /// Database on a PostgreSQL server.
 #[derive(Debug)]
 pub(crate) struct Postgres {
+    options: PgConnectOptions,
     pool: PgPool,
-    /// Connection with the lock against a second server; `None` for a command, and after
+    /// Connection with the lock of a server or a copy; `None` for a command, and after
     /// [`Postgres::close`]. A restart of PostgreSQL releases the lock.
-    server_lock: Mutex<Option<PgConnection>>,
+    lock: Mutex<Option<PgConnection>>,
     /// Version of the server.
     pub version: String,
     waiting: Arc<Semaphore>,
@@ -64,30 +77,28 @@ pub(crate) struct Postgres {
 }
 
 impl Postgres {
-    /// Connects to a database and checks it. Creates and upgrades its tables unless a server has
-    /// locked it. `alone` keeps the lock for a server.
+    /// Connects to a database and checks it. Creates and upgrades its tables if no other process
+    /// uses it.
     ///
     /// # Errors
     /// As [`Store::connect`](crate::Store::connect).
-    pub async fn connect(address: &DatabaseAddress, alone: bool) -> Result<Self> {
-        let options = options(address)?;
+    pub async fn connect(address: &DatabaseAddress, usage: Usage) -> Result<Self> {
+        let (options, connections) = (options(address)?, address.connections());
         let mut conn = options.connect().await.map_err(postgres_error)?;
         let version = assert_version(&mut conn).await?;
         assert_durable(&mut conn).await?;
-        match lock_for_server(&mut conn).await? {
-            true => migrate(&mut conn).await?,
-            false if alone => return Err(StorageError::Locked),
-            // The server with the lock decides on the schema.
-            false => assert_migrated(&mut conn).await?,
+        if usage == Usage::Server {
+            assert_connections(&mut conn, connections).await?;
         }
-        let server_lock = if alone {
-            Some(conn)
-        } else {
+        prepare(&mut conn, usage).await?;
+        let lock = if usage == Usage::Command {
             conn.close().await.map_err(postgres_error)?;
             None
+        } else {
+            Some(conn)
         };
         let pool = PgPoolOptions::new()
-            .max_connections(CONNECTIONS)
+            .max_connections(connections)
             .acquire_timeout(WAIT)
             .test_before_acquire(false)
             .before_acquire(|conn, meta| {
@@ -96,10 +107,10 @@ impl Postgres {
                     Ok(meta.idle_for < IDLE || conn.ping().await.is_ok())
                 })
             })
-            .connect_lazy_with(options);
+            .connect_lazy_with(options.clone());
         let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
-        let server_lock = Mutex::new(server_lock);
-        Ok(Self { pool, server_lock, version, waiting, refused: AtomicU64::new(0) })
+        let lock = Mutex::new(lock);
+        Ok(Self { options, pool, lock, version, waiting, refused: AtomicU64::new(0) })
     }
 
     /// Number of writes refused since the start.
@@ -107,11 +118,18 @@ impl Postgres {
         self.refused.load(Ordering::Relaxed)
     }
 
+    /// Connects to the bus of the servers of this database.
+    ///
+    /// # Errors
+    /// Returns a [`StorageError`] if PostgreSQL cannot be reached.
+    pub async fn join_bus(&self) -> Result<(Bus, BusLink)> {
+        BusLink::join(self.options.clone()).await
+    }
+
     /// Closes all connections.
     pub async fn close(&self) {
         self.pool.close().await;
-        let locking =
-            self.server_lock.lock().expect("no code panics while holding this lock").take();
+        let locking = self.lock.lock().expect("no code panics while holding this lock").take();
         if let Some(conn) = locking
             && let Err(error) = conn.close().await
         {
@@ -175,10 +193,80 @@ impl Postgres {
     }
 }
 
-/// Locks the schema against other servers. Returns false if another has the lock.
-async fn lock_for_server(conn: &mut PgConnection) -> Result<bool> {
-    let sql = "SELECT pg_try_advisory_lock(hashtext('brood'), hashtext(current_schema()))";
-    sqlx::query_scalar(sql).fetch_one(conn).await.map_err(postgres_error)
+/// Use of a database, which decides who else may use it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Usage {
+    /// One of any number of servers.
+    Server,
+    /// Copy of another database, without servers.
+    Alone,
+    /// Short command, beside servers or without any.
+    Command,
+}
+
+/// Locks the schema until the connection ends, and upgrades it if no other process uses it. Servers
+/// share the lock; a server waits for commands, which have it for moments.
+///
+/// # Errors
+/// Returns [`StorageError::Locked`] if another kind of process has the lock, and
+/// [`StorageError::Unsupported`] if running servers are of another version.
+async fn prepare(conn: &mut PgConnection, usage: Usage) -> Result<()> {
+    let deadline = Instant::now() + LOCK_WAIT;
+    loop {
+        if try_lock(conn, "SELECT pg_try_advisory_lock(").await? {
+            migrate(conn).await?;
+            if usage == Usage::Server {
+                // One connection may hold both.
+                try_lock(conn, "SELECT pg_try_advisory_lock_shared(").await?;
+                try_lock(conn, "SELECT pg_advisory_unlock(").await?;
+            }
+            return Ok(());
+        }
+        let checked = match usage {
+            // The servers decide on the schema.
+            Usage::Command => return assert_migrated(conn).await,
+            Usage::Alone => return Err(StorageError::Locked),
+            Usage::Server if try_lock(conn, "SELECT pg_try_advisory_lock_shared(").await? => {
+                match assert_migrated(conn).await {
+                    Ok(()) => return Ok(()),
+                    // Servers of another version may be about to end.
+                    Err(error) => {
+                        try_lock(conn, "SELECT pg_advisory_unlock_shared(").await?;
+                        error
+                    }
+                }
+            }
+            Usage::Server => StorageError::Unsupported(
+                "another process creates or copies the tables of the database; try again"
+                    .to_owned(),
+            ),
+        };
+        if Instant::now() >= deadline {
+            return Err(checked);
+        }
+        tokio::time::sleep(LOCK_RETRY).await;
+    }
+}
+
+/// Calls a function on the lock of the schema, and returns its result.
+async fn try_lock(conn: &mut PgConnection, call: &str) -> Result<bool> {
+    let sql = format!("{call}hashtext('brood'), hashtext(current_schema()))");
+    sqlx::query_scalar(AssertSqlSafe(sql)).fetch_one(conn).await.map_err(postgres_error)
+}
+
+/// Error if PostgreSQL does not accept the connections of one server.
+async fn assert_connections(conn: &mut PgConnection, own: u32) -> Result<()> {
+    let number = |text: String| text.parse::<u32>().unwrap_or_default();
+    let most = number(show(conn, "SHOW max_connections").await?);
+    let reserved = number(show(conn, "SHOW superuser_reserved_connections").await?);
+    let (needed, free) = (own + OTHER_CONNECTIONS, most.saturating_sub(reserved));
+    if needed <= free {
+        return Ok(());
+    }
+    Err(StorageError::Unsupported(format!(
+        "a server needs {needed} connections, but PostgreSQL accepts {free} (max_connections \
+         {most}, {reserved} reserved)"
+    )))
 }
 
 fn options(address: &DatabaseAddress) -> Result<PgConnectOptions> {
@@ -241,7 +329,7 @@ async fn show(conn: &mut PgConnection, sql: &'static str) -> Result<String> {
 /// accept more.
 fn no_connection(pool: &PgPool, error: sqlx::Error) -> StorageError {
     match error {
-        sqlx::Error::PoolTimedOut if pool.size() < CONNECTIONS => {
+        sqlx::Error::PoolTimedOut if pool.size() < pool.options().get_max_connections() => {
             StorageError::Unreachable(format!("no connection within {} s", WAIT.as_secs()))
         }
         error => postgres_error(error),
@@ -252,13 +340,19 @@ fn other_version() -> StorageError {
     StorageError::Unsupported("the database was written by another version of brood".to_owned())
 }
 
-/// Error if the applied migrations differ from those of this build.
+/// Error if the applied migrations differ from those of this build. Only processes that use the
+/// database meanwhile keep this one from applying them.
 async fn assert_migrated(conn: &mut PgConnection) -> Result<()> {
     let sql = "SELECT version, checksum FROM _sqlx_migrations WHERE success ORDER BY version";
     let applied: Vec<(i64, Vec<u8>)> =
         sqlx::query_as(sql).fetch_all(conn).await.map_err(postgres_error)?;
     let known = MIGRATIONS.iter().map(|step| (step.version, step.checksum.to_vec()));
-    if known.eq(applied) { Ok(()) } else { Err(other_version()) }
+    if known.eq(applied) {
+        return Ok(());
+    }
+    Err(StorageError::Unsupported(
+        "servers of another version of brood use the database; stop them first".to_owned(),
+    ))
 }
 
 /// Applies missing migrations, one server at a time. Error if another version of brood has written

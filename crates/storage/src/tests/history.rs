@@ -8,10 +8,9 @@ use brood_protocol::{
     SceneId,
 };
 
-use super::{
-    age, execute, generation, genome, hash, idempotency, key, lineage, new_generation, new_lineage,
-    open, picture, scene,
-};
+use super::*;
+use crate::lineage::Unfinished;
+use crate::write::operation;
 use crate::{LineageCursor, LineageFilter, NewImport, StorageError, StoredOutline};
 
 #[tokio::test]
@@ -381,6 +380,13 @@ fn new_import(scene: SceneId, count: i64) -> NewImport {
     NewImport { lineage, genomes, generations, marks: vec![], cover: None, idempotency: None }
 }
 
+/// Returns the lineages that are being imported or removed.
+async fn unfinished(store: &Store) -> Vec<LineageId> {
+    let rows = query("SELECT lineage_id FROM unfinished_lineage");
+    let rows = rows.fetch_all(&mut store.reader().await.unwrap()).await.unwrap();
+    rows.iter().map(|row| row.column("lineage_id").unwrap()).collect()
+}
+
 #[tokio::test]
 async fn other_writes_pass_an_import_that_lists_leave_out_until_it_is_finished() {
     let (_dir, store) = open().await;
@@ -396,14 +402,14 @@ async fn other_writes_pass_an_import_that_lists_leave_out_until_it_is_finished()
         generation(&store, own, &[], &format!("own {born}")).await;
         born += 1;
         let listed = store.list_lineages(None, 9, &LineageFilter::default()).await.unwrap();
-        if store.unfinished_lineages().await.unwrap() == [id] {
+        if unfinished(&store).await == [id] {
             assert_eq!(listed.iter().map(|one| one.id).collect::<Vec<_>>(), [own]);
         }
     }
     assert_eq!(importing.await.unwrap().unwrap().generations, 4000);
     assert!(born > 5, "{born} generations were born during the import");
     assert_eq!(store.list_lineages(None, 9, &LineageFilter::default()).await.unwrap().len(), 2);
-    assert_eq!(store.unfinished_lineages().await.unwrap(), []);
+    assert_eq!(unfinished(&store).await, []);
 }
 
 #[tokio::test]
@@ -411,14 +417,27 @@ async fn unfinished_lineage_of_the_last_process_is_found_and_removed() {
     let (place, store) = open().await;
     let kept = generation(&store, lineage(&store).await, &[], "kept").await;
     let made = store.import_lineage(new_import(scene(&store).await, 9)).await.unwrap();
-    execute(&store, "INSERT INTO unfinished_lineage SELECT id FROM lineage WHERE name = 'brought'")
-        .await;
+    let insert = "INSERT INTO unfinished_lineage (lineage_id, until_ms)
+        SELECT id, 9000000000000 FROM lineage WHERE name = 'brought'";
+    execute(&store, insert).await;
     store.close().await.unwrap();
     let store = place.open().await;
-    assert_eq!(store.unfinished_lineages().await.unwrap(), [made.id]);
+    assert_eq!(store.take_unfinished_lineages(false).await.unwrap(), [], "a server imports it");
+    if let Place::Schema(..) = place {
+        assert_eq!(store.take_unfinished_lineages(true).await.unwrap(), [], "another one does");
+        execute(&store, "UPDATE unfinished_lineage SET until_ms = 1").await;
+    }
+    assert_eq!(store.take_unfinished_lineages(true).await.unwrap(), [made.id]);
+    assert_eq!(store.take_unfinished_lineages(false).await.unwrap(), [], "this one removes it");
+    let id = made.id;
+    let import = store.write(operation!(|conn| {
+        crate::lineage::renew_unfinished(conn, id, Unfinished::Import).await
+    }));
+    let import = import.await;
+    assert!(matches!(import, Err(StorageError::Conflict { .. })), "{import:?}");
     store.remove_lineage(made.id).await.unwrap();
     let counts = store.counts().await.unwrap();
     assert_eq!((counts.lineages, counts.individuals, counts.genomes), (1, 3, 3));
     assert_eq!(store.generation(kept.id).await.unwrap(), kept);
-    assert_eq!(store.unfinished_lineages().await.unwrap(), []);
+    assert_eq!(unfinished(&store).await, []);
 }

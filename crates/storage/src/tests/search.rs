@@ -6,7 +6,8 @@ use brood_protocol::{
 
 use super::*;
 use crate::{
-    ClaimedSearch, NewSearch, NewTarget, SearchChange, SearchEnd, SearchStep, StoredSearch,
+    ClaimedSearch, EndedLease, LostLeases, NewSearch, NewTarget, SearchChange, SearchEnd,
+    SearchStep, StoredSearch,
 };
 
 fn target() -> NewTarget {
@@ -56,7 +57,20 @@ async fn search(store: &Store, target: TargetId, lineage: LineageId) -> JobId {
     id
 }
 
+/// Time to live of the leases.
+const LEASE: Duration = Duration::from_secs(20);
+
+/// Returns the leased search to the queue as its worker does.
+async fn release_all(store: &Store) {
+    for search in store.list_searches(None, None, 10).await.unwrap() {
+        if search.state == SearchState::Running {
+            store.release_search(search.id, search.epoch, false, 30).await.unwrap();
+        }
+    }
+}
+
 fn step(claimed: &ClaimedSearch, generations: std::ops::RangeInclusive<u32>) -> SearchStep {
+    let from = generations.start() - 1;
     let line = |generation: u32| GenerationLine {
         generation,
         evaluations: u64::from(generation) * 100,
@@ -71,18 +85,21 @@ fn step(claimed: &ClaimedSearch, generations: std::ops::RangeInclusive<u32>) -> 
     SearchStep {
         id: claimed.id,
         epoch: claimed.epoch,
+        is_paused: false,
+        from,
         seconds: lines.last().map_or(0.0, |line| line.seconds),
         lines,
         checkpoint: Some((vec![5; 9], hash("state"))),
         best: None,
         best_before: None,
         yields: false,
+        ttl: LEASE,
         end: None,
     }
 }
 
 async fn claim(store: &Store) -> ClaimedSearch {
-    store.claim_search("worker", 20).await.unwrap().expect("a search is queued")
+    store.claim_search("worker", LEASE, 20).await.unwrap().expect("a search is queued")
 }
 
 async fn change(
@@ -90,7 +107,11 @@ async fn change(
     id: JobId,
     change: SearchChange,
 ) -> Result<SearchState, SearchState> {
-    store.change_search(id, change, 30).await.unwrap().map(|search: StoredSearch| search.state)
+    store
+        .change_search(id, change, None, 30)
+        .await
+        .unwrap()
+        .map(|search: StoredSearch| search.state)
 }
 
 async fn fixture() -> (Place, Store, TargetId, LineageId) {
@@ -115,7 +136,7 @@ async fn search_resumes_from_stored_checkpoint() {
         (now.fitted, now.held, now.population),
         (None, Some(1.0 / 3.0), Some(hash("state")))
     );
-    assert_eq!(store.requeue_all_searches().await.unwrap(), 1);
+    release_all(&store).await;
     let again = claim(&store).await;
     assert_eq!((again.checkpoint.clone(), again.seconds), (Some(vec![5; 9]), 3.0));
     let stale = store.step_search(step(&claimed, 4..=4)).await;
@@ -131,7 +152,7 @@ async fn search_resumes_from_stored_checkpoint() {
     let last = SearchStep { end: Some(end), ..step(&again, 4..=4) };
     let done = store.step_search(last).await.unwrap();
     assert_eq!((done.state, done.ended_ms), (SearchState::Succeeded, Some(40)));
-    assert!(store.claim_search("worker", 50).await.unwrap().is_none());
+    assert!(store.claim_search("worker", LEASE, 50).await.unwrap().is_none());
 }
 
 #[tokio::test]
@@ -166,6 +187,43 @@ async fn searches_take_turns_and_users_can_interrupt() {
 }
 
 #[tokio::test]
+async fn paused_search_takes_what_its_worker_had_computed() {
+    let (_dir, store, target, lineage) = fixture().await;
+    let id = search(&store, target, lineage).await;
+    let claimed = claim(&store).await;
+    store.step_search(step(&claimed, 1..=1)).await.unwrap();
+    assert_eq!(change(&store, id, SearchChange::Pause).await, Ok(SearchState::Paused));
+    let paused = store.search(id).await.unwrap();
+    let late = SearchStep { epoch: paused.epoch, is_paused: true, ..step(&claimed, 2..=4) };
+    let now = store.step_search(late.clone()).await.unwrap();
+    assert_eq!((now.state, now.epoch, now.generation), (SearchState::Paused, paused.epoch, 4));
+    let twice = store.step_search(late).await;
+    assert!(matches!(twice, Err(StorageError::Conflict { .. })), "{twice:?}");
+    assert_eq!(change(&store, id, SearchChange::Resume).await, Ok(SearchState::Queued));
+    let again = claim(&store).await;
+    assert_eq!((again.generation, again.checkpoint), (4, Some(vec![5; 9])));
+    let late = SearchStep { epoch: paused.epoch, is_paused: true, ..step(&claimed, 5..=5) };
+    let late = store.step_search(late).await;
+    assert!(matches!(late, Err(StorageError::Conflict { .. })), "{late:?}");
+}
+
+#[tokio::test]
+async fn expired_lease_is_no_death_after_a_fault_of_the_database() {
+    let (_dir, store, target, lineage) = fixture().await;
+    search(&store, target, lineage).await;
+    store.claim_search("worker", Duration::ZERO, 20).await.unwrap().unwrap();
+    let ended = async || store.end_search_leases(LostLeases::Expired, 60).await.unwrap();
+    store.lease_faults().note::<()>(&Err(StorageError::Full));
+    assert!(ended().await.is_empty(), "the worker gets time to renew its lease");
+    store.lease_faults().pass(Duration::from_secs(21));
+    let (_, search) = ended().await.pop().expect("the worker did not renew it");
+    assert_eq!((search.state, search.deaths), (SearchState::Queued, 0));
+    store.claim_search("worker", Duration::ZERO, 20).await.unwrap().unwrap();
+    store.lease_faults().pass(Duration::from_secs(40));
+    assert_eq!(ended().await[0].1.deaths, 1);
+}
+
+#[tokio::test]
 async fn search_fails_when_three_workers_die_without_progress() {
     let (_dir, store, target, lineage) = fixture().await;
     let id = search(&store, target, lineage).await;
@@ -184,4 +242,83 @@ async fn search_fails_when_three_workers_die_without_progress() {
         }
     }
     assert_eq!(store.search(id).await.unwrap().state, SearchState::Failed);
+}
+
+#[tokio::test]
+async fn next_lease_continues_from_the_checkpoint_and_forgets_the_generations_after_it() {
+    let (_dir, store, target, lineage) = fixture().await;
+    let id = search(&store, target, lineage).await;
+    let claimed = claim(&store).await;
+    let unsaved = |claimed: &ClaimedSearch, generations| SearchStep {
+        checkpoint: None,
+        ..step(claimed, generations)
+    };
+    store.step_search(unsaved(&claimed, 1..=2)).await.unwrap();
+    release_all(&store).await;
+    let claimed = claim(&store).await;
+    assert_eq!((claimed.generation, claimed.checkpoint.clone(), claimed.seconds), (0, None, 0.0));
+    let begun = store.search(id).await.unwrap();
+    assert_eq!((begun.generation, begun.evaluations, begun.held), (0, 0, None));
+    assert!(store.search_log(id, 0, 10).await.unwrap().is_empty());
+
+    store.step_search(step(&claimed, 1..=3)).await.unwrap();
+    let now = store.step_search(unsaved(&claimed, 4..=6)).await.unwrap();
+    assert_eq!((now.generation, now.held), (6, Some(1.0 / 6.0)));
+    release_all(&store).await;
+    let again = claim(&store).await;
+    assert_eq!((again.generation, again.seconds), (3, 3.0));
+    assert_eq!(again.checkpoint, Some(vec![5; 9]));
+    let begun = store.search(id).await.unwrap();
+    assert_eq!((begun.generation, begun.evaluations, begun.seconds), (3, 300, 3.0));
+    assert_eq!((begun.fitted, begun.held), (None, Some(1.0 / 3.0)));
+    store.step_search(unsaved(&again, 4..=4)).await.unwrap();
+    let log = store.search_log(id, 0, 10).await.unwrap();
+    assert_eq!(log.iter().map(|line| line.generation).collect::<Vec<_>>(), [1, 2, 3, 4]);
+    store.purge_lineage(lineage).await.unwrap();
+}
+
+#[tokio::test]
+async fn lease_expires_unless_a_renewal_or_a_step_prolongs_it() {
+    let (_dir, store, target, lineage) = fixture().await;
+    search(&store, target, lineage).await;
+    let short = Duration::from_millis(1);
+    let ended = async || store.end_search_leases(LostLeases::Expired, 60).await.unwrap();
+    for prolonged in ["never", "by a renewal", "by a step"] {
+        let claimed = store.claim_search("worker", short, 20).await.unwrap().unwrap();
+        match prolonged {
+            "never" => {}
+            "by a renewal" => store.renew_search(claimed.id, claimed.epoch, LEASE).await.unwrap(),
+            _ => drop(store.step_search(step(&claimed, 1..=1)).await.unwrap()),
+        }
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        let expired = ended().await;
+        if prolonged == "never" {
+            let lease =
+                EndedLease { id: claimed.id, epoch: claimed.epoch, worker: "worker".to_owned() };
+            assert_eq!(expired[0].0, lease);
+            assert_eq!((expired[0].1.state, expired[0].1.deaths), (SearchState::Queued, 1));
+            let stale = store.renew_search(claimed.id, claimed.epoch, LEASE).await;
+            assert!(matches!(stale, Err(StorageError::Conflict { .. })), "{stale:?}");
+        } else {
+            assert!(expired.is_empty(), "{prolonged}");
+            store.renew_search(claimed.id, claimed.epoch, short).await.unwrap();
+            tokio::time::sleep(Duration::from_millis(20)).await;
+            assert_eq!(ended().await.len(), 1, "{prolonged}");
+        }
+        assert!(ended().await.is_empty());
+    }
+}
+
+#[tokio::test]
+async fn all_leases_of_a_process_end_on_sqlite_alone() {
+    let (place, store, target, lineage) = fixture().await;
+    search(&store, target, lineage).await;
+    claim(&store).await;
+    let other = LostLeases::OfWorker("other".to_owned());
+    assert!(store.end_search_leases(other, 60).await.unwrap().is_empty());
+    let ended = store.end_search_leases(LostLeases::OfProcess, 60).await.unwrap();
+    assert_eq!(ended.len(), usize::from(matches!(place, Place::Directory(_))));
+    for (_, search) in ended {
+        assert_eq!((search.state, search.deaths), (SearchState::Queued, 0));
+    }
 }

@@ -4,6 +4,7 @@
 use std::time::{Duration, Instant};
 
 use super::*;
+use crate::BusEvent;
 use crate::sql::query;
 use crate::write::operation;
 
@@ -21,17 +22,18 @@ fn brood(lineage: LineageId, names: impl IntoIterator<Item = String>) -> NewGene
 }
 
 #[tokio::test]
-async fn second_server_is_refused_and_commands_are_not() {
+async fn servers_share_a_database_but_no_data_directory() {
     let Place::Schema(address, data) = Place::new().await else { return };
     let store = Store::connect(&address, data.path()).await.unwrap();
     let other_data = tempfile::tempdir().unwrap();
-    for data in [data.path(), other_data.path()] {
-        let second = Store::connect(&address, data).await;
-        assert!(matches!(second, Err(StorageError::Locked)), "{second:?}");
-    }
+    let other = Store::connect(&address, other_data.path()).await.unwrap();
+    let third = Store::connect(&address, data.path()).await;
+    assert!(matches!(third, Err(StorageError::Locked)), "{third:?}");
     let on_sqlite = Store::open(data.path()).await;
     assert!(matches!(on_sqlite, Err(StorageError::Locked)), "{on_sqlite:?}");
     Store::connect_shared(&address).await.unwrap().close().await.unwrap();
+    let lineage = lineage(&store).await;
+    assert_eq!(other.lineage(lineage).await.unwrap().id, lineage);
     store.close().await.unwrap();
     Store::connect(&address, data.path()).await.unwrap();
 }
@@ -95,6 +97,27 @@ async fn genomes_that_a_birth_found_stored_are_not_removed_before_it_ends() {
         let again = Lineage { id: kept, ..new_lineage("kept", scene(&stores[1]).await, 7) };
         stores[1].create_lineage(again, None).await.unwrap();
         stores[1].purge_lineage(other).await.unwrap();
+    }
+}
+
+#[tokio::test]
+async fn lineage_that_two_servers_remove_at_once_is_removed_by_one_of_them() {
+    let Some(stores) = two_stores().await else { return };
+    for round in 0..20 {
+        let removed = lineage(&stores[0]).await;
+        for n in 0..6 {
+            let names = (0..20).map(|name| format!("{round} {n} {name}"));
+            stores[n % 2].create_generation(brood(removed, names)).await.unwrap();
+        }
+        let (one, other) =
+            tokio::join!(stores[0].purge_lineage(removed), stores[1].purge_lineage(removed));
+        let is_removed = |ended: &Result<(), StorageError>| match ended {
+            Ok(()) => true,
+            Err(StorageError::NotFound) => false,
+            Err(error) => panic!("{error}"),
+        };
+        assert!(is_removed(&one) || is_removed(&other));
+        assert_eq!(stores[0].counts().await.unwrap().genomes, 0);
     }
 }
 
@@ -206,4 +229,57 @@ async fn genome_that_a_scene_keeps_is_not_removed() {
         let is_stored = one.genome(genome(&name)).await.is_ok();
         assert_eq!(scene.is_ok(), is_stored, "{scene:?}");
     }
+}
+
+#[tokio::test]
+async fn servers_of_one_database_hear_each_other_and_know_of_losses() {
+    let (place, store) = open().await;
+    let Place::Schema(address, _) = &place else {
+        assert!(store.join_bus().await.unwrap().is_none(), "a directory has one server");
+        return;
+    };
+    let other = Store::connect_shared(address).await.unwrap();
+    let (first, link) = store.join_bus().await.unwrap().unwrap();
+    let (second, other_link) = other.join_bus().await.unwrap().unwrap();
+    let (heard, mut first_hears) = tokio::sync::mpsc::unbounded_channel();
+    let (told, mut second_hears) = tokio::sync::mpsc::unbounded_channel();
+    let (stop, stopped) = tokio::sync::oneshot::channel::<()>();
+    let stopped = async move { stopped.await.unwrap() };
+    let link = tokio::spawn(link.run(stopped, move |event| heard.send(event).unwrap()));
+    let other_link = other_link.run(std::future::pending(), move |event| told.send(event).unwrap());
+    let other_link = tokio::spawn(other_link);
+    // More than a batch holds.
+    let messages: Vec<_> = (0..50).map(|n| format!("{n} {}", "ä".repeat(500))).collect();
+    for message in &messages {
+        assert!(first.tell(message.clone()));
+    }
+    assert!(!first.tell("x".repeat(8000)), "longer than a batch");
+    for message in messages {
+        assert_eq!(second_hears.recv().await.unwrap(), BusEvent::Message(message));
+    }
+    assert!(second.tell("answer".to_owned()));
+    assert_eq!(first_hears.recv().await.unwrap(), BusEvent::Message("answer".to_owned()));
+    assert!(first_hears.try_recv().is_err(), "a server does not hear itself");
+
+    let closed = store.write(operation!(|conn| {
+        let close = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity
+            WHERE query = 'LISTEN \"brood_' || md5(current_schema()) || '\"'";
+        query(close).execute(conn).await
+    }));
+    assert_eq!(closed.await.unwrap(), 2);
+    assert_eq!(second_hears.recv().await.unwrap(), BusEvent::Gap);
+    // The connection of the first may still be open.
+    loop {
+        first.tell("again".to_owned());
+        if second_hears.recv().await.unwrap() == BusEvent::Message("again".to_owned()) {
+            break;
+        }
+    }
+    // A server that stops sends the messages that wait.
+    first.tell("last".to_owned());
+    stop.send(()).unwrap();
+    link.await.unwrap();
+    while second_hears.recv().await.unwrap() != BusEvent::Message("last".to_owned()) {}
+    assert_eq!(second_hears.recv().await.unwrap(), BusEvent::Gap, "the first is silent");
+    other_link.abort();
 }

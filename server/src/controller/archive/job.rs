@@ -15,7 +15,7 @@ use crate::controller::accepted;
 use crate::controller::picture_query::SIZE;
 use crate::dispatch::export_json;
 use crate::extract::{Json as JsonBody, Path};
-use crate::idempotency::{Begun, IdempotencyKey};
+use crate::idempotency::{Attempt, BodyHash, IdempotencyKey};
 use crate::limit;
 use crate::problem::ApiError;
 use crate::state::App;
@@ -34,21 +34,21 @@ pub async fn create(
     key: IdempotencyKey,
     body: JsonBody<CreateExport>,
 ) -> Result<Response, ApiError> {
-    let attempt = match app.ledger.begin(&app.store, key, &body.bytes).await? {
-        Begun::Replay(answer) => return Ok(accepted(&answer)),
-        Begun::Fresh(attempt) => attempt,
+    let hash = BodyHash::of(&body.bytes);
+    let make = async |attempt: Attempt| {
+        let mut new = read(&app, body.value).await?;
+        let stored = as_stored(&new);
+        let answer = export_json(stored.clone());
+        new.idempotency = attempt.record(StatusCode::ACCEPTED, &answer);
+        app.store.create_export(new, limit::QUEUED_EXPORTS).await.map_err(|error| match error {
+            StorageError::QueueFull => ApiError::busy("too many exports are queued"),
+            other => other.into(),
+        })?;
+        app.exports.publish_state(&stored);
+        app.exports.wake();
+        Ok(accepted(&answer))
     };
-    let mut new = read(&app, body.value).await?;
-    let stored = as_stored(&new);
-    let answer = export_json(stored.clone());
-    new.idempotency = attempt.record(StatusCode::ACCEPTED, &answer);
-    app.store.create_export(new, limit::QUEUED_EXPORTS).await.map_err(|error| match error {
-        StorageError::QueueFull => ApiError::busy("too many exports are queued"),
-        other => other.into(),
-    })?;
-    app.exports.publish_state(&stored);
-    app.exports.lane.notify.notify_one();
-    Ok(accepted(&answer))
+    app.ledger.once(&app.store, (key, hash), make, async |answer| Ok(accepted(&answer))).await
 }
 
 /// Returns the archive of an export that has succeeded, as a ZIP file.
@@ -65,9 +65,7 @@ pub async fn archive(State(app): State<App>, Path(id): Path<JobId>) -> Result<Re
     for (of, _) in plan.files().filter(|(_, file)| file.format.is_picture()) {
         app.library.material(of.hash).await?;
     }
-    let stored = stored
-        .into_iter()
-        .map(|file| (file.number, (app.exports.folder.path(id, file.number), file.note)));
+    let stored = stored.into_iter().map(|file| (file.number, (id, file)));
     let body = Body::from_stream(zip_file(app.clone(), plan, stored.collect()));
     Ok((HEADERS, body).into_response())
 }

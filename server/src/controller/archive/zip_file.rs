@@ -3,14 +3,14 @@
 
 use std::collections::HashMap;
 use std::io::{self, Write as _};
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use async_stream::try_stream;
 use brood_export::{Exported, Within};
-use brood_protocol::Queue;
+use brood_protocol::{JobId, Queue};
 use brood_scene::PictureSize;
+use brood_storage::StoredExportFile;
 use bytes::Bytes;
 use futures::stream::{self, Stream, StreamExt};
 use http::{HeaderName, header};
@@ -60,8 +60,16 @@ pub const HEADERS: [(HeaderName, &str); 3] = [
     (header::CACHE_CONTROL, "private, no-cache"),
 ];
 
-/// Files that are made already, with their notes, by number within the plan.
-pub type Stored = HashMap<u32, (PathBuf, Option<String>)>;
+/// Files of exports that are made already, by number within the plan.
+pub type Stored = HashMap<u32, (JobId, StoredExportFile)>;
+
+/// Entry of an archive.
+enum Entry {
+    /// File of an export.
+    Stored(JobId, StoredExportFile),
+    /// Bytes, and the note of a table.
+    Made(Bytes, Option<String>),
+}
 
 type Writer = ZipWriter<StreamWriter<Sink>>;
 
@@ -81,7 +89,7 @@ pub fn zip_file(
             let (app, stored) = (app.clone(), stored.remove(&number));
             async move {
                 let made = match stored {
-                    Some((path, note)) => read(path).await.map(|bytes| (bytes, note)),
+                    Some((job, file)) => Ok(Entry::Stored(job, file)),
                     None => made(&app, &of, file.format, options).await,
                 };
                 made.map(|made| (file.name, made))
@@ -89,7 +97,14 @@ pub fn zip_file(
         });
         let mut made = std::pin::pin!(stream::iter(making).buffered(AT_ONCE));
         while let Some(entry) = made.next().await {
-            let (name, (bytes, note)) = entry.map_err(broken)?;
+            let (name, entry) = entry.map_err(broken)?;
+            let (bytes, note) = match entry {
+                // Read now, so that one file at a time is in memory.
+                Entry::Stored(job, file) => {
+                    (app.exports.read_file(job, &file).await.map_err(broken)?, file.note)
+                }
+                Entry::Made(bytes, note) => (bytes, note),
+            };
             notes.push(note);
             writer = run_blocking(move || add(writer, name, &bytes)).await.map_err(broken)??;
             yield sink.take();
@@ -119,25 +134,20 @@ fn broken(error: ApiError) -> io::Error {
     io::Error::other(error.problem().detail.clone())
 }
 
-async fn read(path: PathBuf) -> Result<Bytes, ApiError> {
-    let read = run_blocking(move || std::fs::read(path)).await?;
-    Ok(read.map_err(|error| ApiError::internal(error.to_string()))?.into())
-}
-
-/// Returns a file and the note of a table. `options`: energy limit and size of pictures.
+/// Makes an entry. `options`: energy limit and size of pictures.
 async fn made(
     app: &App,
     of: &PlannedMaterial,
     format: Kind,
     options: (Option<bool>, PictureSize),
-) -> Result<(Bytes, Option<String>), ApiError> {
+) -> Result<Entry, ApiError> {
     let material = app.library.material(of.hash).await?;
     match format {
-        Kind::Brood => Ok((material.genome.to_string().into(), None)),
+        Kind::Brood => Ok(Entry::Made(material.genome.to_string().into(), None)),
         Kind::Source(format) => {
             let made = export::exported(app, material, format, options.0, Within::default());
             let Exported { bytes, note } = made.await?;
-            Ok((bytes.into(), note))
+            Ok(Entry::Made(bytes.into(), note))
         }
         Kind::Picture(format) => {
             let framed = app.library.frame(framing(app, of.scene, options.1, format)).await?;
@@ -150,7 +160,7 @@ async fn made(
                         waits += 1;
                         tokio::time::sleep(Duration::from_secs(1)).await;
                     }
-                    other => return Ok((other?, None)),
+                    other => return Ok(Entry::Made(other?, None)),
                 }
             }
         }

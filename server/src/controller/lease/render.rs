@@ -7,7 +7,7 @@ use http::{HeaderMap, StatusCode};
 
 use super::{Held, Message, check_same, for_logs, granted, is_own, may_work};
 use crate::client::Client;
-use crate::dispatch::{claim_lease, release_lease};
+use crate::dispatch::{JobKind, claim_lease};
 use crate::extract::Path;
 use crate::limit;
 use crate::problem::ApiError;
@@ -45,7 +45,7 @@ pub async fn heartbeat(
     Message(renewal): Message<LeaseRenewal, { limit::JSON_BYTES }>,
 ) -> Result<StatusCode, ApiError> {
     check_same(id, &renewal.ticket)?;
-    let renewed = app.pictures.renew(&renewal).await?;
+    let renewed = app.pictures.renew(&renewal)?;
     app.workers.seen_again(&renewed.worker);
     Ok(StatusCode::NO_CONTENT)
 }
@@ -81,6 +81,6 @@ pub async fn release(
     State(app): State<App>,
     Held(ticket): Held<LeaseTicket>,
 ) -> Result<StatusCode, ApiError> {
-    release_lease(&*app.pictures, &ticket).await?;
+    app.pictures.give_back(&ticket).await?;
     Ok(StatusCode::NO_CONTENT)
 }

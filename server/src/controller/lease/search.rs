@@ -6,7 +6,7 @@ use brood_protocol::{JobId, SearchGrant, SearchReport, SearchRequest, SearchTick
 use http::{HeaderMap, StatusCode};
 
 use super::{Held, Message, check_same, for_logs, granted, may_work, message};
-use crate::dispatch::{claim_lease, release_lease, renew_lease};
+use crate::dispatch::{JobKind, claim_lease};
 use crate::extract::Path;
 use crate::limit;
 use crate::problem::ApiError;
@@ -39,7 +39,7 @@ pub async fn heartbeat(
     State(app): State<App>,
     Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
-    renew_lease(&*app.searches, &ticket)?;
+    app.searches.renew(&ticket).await?;
     Ok(StatusCode::NO_CONTENT)
 }
 
@@ -67,6 +67,6 @@ pub async fn release(
     State(app): State<App>,
     Held(ticket): Held<SearchTicket>,
 ) -> Result<StatusCode, ApiError> {
-    release_lease(&*app.searches, &ticket).await?;
+    app.searches.give_back(&ticket).await?;
     Ok(StatusCode::NO_CONTENT)
 }

@@ -6,7 +6,7 @@ use tempfile::TempDir;
 
 use super::*;
 use crate::config::ServerConfig;
-use crate::dispatch::{LeaseEnd, claim_lease, end_leases};
+use crate::dispatch::{claim_lease, end_leases};
 use crate::server::Server;
 use crate::state::App;
 
@@ -18,7 +18,7 @@ async fn exports(most_bytes: u64) -> (TempDir, App, Arc<Exports>) {
     let app = server.app();
     let exports = Arc::new(Exports {
         store: app.store.clone(),
-        jobs: Jobs::new(&app.tasks, &app.stopping),
+        jobs: Jobs::new(&app.tasks, &app.stopping, None),
         lane: Lane::default(),
         library: app.library.clone(),
         folder: app.exports.folder.clone(),
@@ -95,17 +95,47 @@ async fn next_lease_has_the_missing_files_and_a_third_death_fails_the_export() {
     assert_eq!((first.files.len(), first.genomes.len()), (3, 1));
     exports.report(made(first.ticket, 1, 5)).await.unwrap();
     for _ in 0..2 {
-        end_leases(&*exports, LeaseEnd::Death("a")).await;
+        end_leases(&*exports, LostLeases::OfWorker("a".to_owned())).await;
         let grant = claim(&exports).await;
         let numbers: Vec<_> = grant.files.iter().map(|file| file.number).collect();
         assert_eq!(numbers, [0, 2]);
         assert_eq!(exports.report(made(first.ticket, 0, 5)).await.unwrap_err().status(), 409);
     }
     assert!(exports.folder.has(id, 1, 5));
-    end_leases(&*exports, LeaseEnd::Death("a")).await;
+    end_leases(&*exports, LostLeases::OfWorker("a".to_owned())).await;
     let export = app.store.export(id).await.unwrap();
     assert_eq!((export.state, export.reason.as_deref()), (JobStatus::Failed, Some("worker_lost")));
     assert!(!exports.folder.has(id, 1, 5));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn lost_file_is_made_again_and_meanwhile_the_others_are_kept() {
+    let (_dir, app, exports) = exports(1000).await;
+    let id = queued(&app, 2).await;
+    let ticket = claim(&exports).await.ticket;
+    assert_eq!(exports.report(made(ticket, 0, 5)).await.unwrap(), Directive::Continue);
+    assert_eq!(exports.report(made(ticket, 1, 6)).await.unwrap(), Directive::Stop);
+    let (_, files) = app.store.export_plan(id).await.unwrap();
+    exports.check_files(id, &files).await.unwrap();
+    assert_eq!(exports.read_file(id, &files[1]).await.unwrap().to_vec(), [1; 6]);
+
+    let old = app.store.export(id).await.unwrap();
+    std::fs::remove_file(exports.folder.path(id, 0)).unwrap();
+    assert_eq!(exports.check_files(id, &files).await.unwrap_err().status(), 409);
+    assert_eq!(exports.check_files(id, &files).await.unwrap_err().status(), 409);
+    // A server that has seen the export before it was queued again changes nothing.
+    app.store.forget_export_files((id, old.epoch), vec![1]).await.unwrap();
+    exports.delete(id).await.unwrap();
+    assert!(exports.folder.has(id, 1, 6));
+
+    let grant = claim(&exports).await;
+    let numbers: Vec<_> = grant.files.iter().map(|file| file.number).collect();
+    assert_eq!(numbers, [0]);
+    assert_eq!(exports.report(made(grant.ticket, 0, 5)).await.unwrap(), Directive::Stop);
+    exports.check_files(id, &files).await.unwrap();
+    exports.delete(id).await.unwrap();
+    assert!(!exports.folder.has(id, 1, 6));
+    assert!(matches!(app.store.export(id).await, Err(StorageError::NotFound)));
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -114,10 +144,10 @@ async fn cancelled_export_refuses_the_report_of_its_worker_and_leaves_no_file() 
     let id = queued(&app, 2).await;
     let ticket = claim(&exports).await.ticket;
     exports.report(made(ticket, 0, 5)).await.unwrap();
-    assert_eq!(exports.cancel(id).await.unwrap().state, JobStatus::Cancelled);
+    assert_eq!(exports.cancel(id, None).await.unwrap().state, JobStatus::Cancelled);
     assert_eq!(exports.report(made(ticket, 1, 5)).await.unwrap_err().status(), 409);
     assert!(!exports.folder.has(id, 0, 5));
-    assert_eq!(exports.cancel(id).await.unwrap_err().status(), 409);
+    assert_eq!(exports.cancel(id, None).await.unwrap_err().status(), 409);
     exports.prune().await.unwrap();
     assert!(app.store.export(id).await.is_ok(), "it is kept for a day");
 }

@@ -1,13 +1,15 @@
 //! Tests of claims of searches, against a real store.
 
 use brood_genome::Dialect;
-use brood_protocol::{Budget, Lineage, LineageId, SearchOptions, Seed, Target, TargetId, encode};
-use brood_storage::{NewSearch, NewTarget};
+use brood_protocol::{
+    Budget, JobId, Lineage, LineageId, SearchOptions, Seed, Target, TargetId, encode,
+};
+use brood_storage::{NewSearch, NewTarget, SearchChange};
 use tempfile::TempDir;
 
 use super::*;
 use crate::config::ServerConfig;
-use crate::dispatch::{LeaseEnd, claim_lease, end_leases};
+use crate::dispatch::{claim_lease, end_leases};
 use crate::server::Server;
 use crate::state::App;
 
@@ -87,20 +89,25 @@ fn no_genomes() -> Vec<u8> {
     encode(&Vec::<Vec<u8>>::new())
 }
 
+fn line(generation: u32) -> GenerationLine {
+    GenerationLine {
+        generation,
+        evaluations: 10,
+        fitted: 1.0,
+        held: 1.0,
+        median: 1.0,
+        diversity: 1.0,
+        repeats: 0,
+        seconds: 1.0,
+    }
+}
+
 #[tokio::test]
 async fn claimed_search_is_requeued_without_a_death_when_request_was_dropped() {
     let (_dir, app) = app().await;
     let id = search(&app, no_genomes()).await;
-    let claimed = async {
-        while app.searches.jobs.leases.len() == 0 {
-            tokio::task::yield_now().await;
-        }
-    };
-    tokio::select! {
-        biased;
-        () = claimed => {}
-        _ = claim_lease(&app.searches, "gone", (), 20_000) => panic!("the request is dropped first"),
-    }
+    let pending = app.searches.claim("gone", ()).await.unwrap().expect("the search is queued");
+    drop(pending);
     // Waits until the search is queued again: long before the first lease would expire.
     let grant = claim_lease(&app.searches, "next", (), 10_000)
         .await
@@ -108,7 +115,6 @@ async fn claimed_search_is_requeued_without_a_death_when_request_was_dropped() {
         .expect("the search is queued");
     assert_eq!(grant.ticket, SearchTicket { job: id, epoch: 3 }, "claim, release, claim");
     assert_eq!(app.store.search(id).await.unwrap().deaths, 0);
-    assert_eq!(app.searches.jobs.leases.len(), 1);
 }
 
 #[tokio::test]
@@ -120,7 +126,6 @@ async fn search_fails_with_reason_when_start_cannot_be_decoded() {
     assert_eq!(search.state, SearchState::Failed);
     assert!(search.reason.unwrap().starts_with("cannot decode the start genomes"));
     assert!(search.ended_ms.is_some());
-    assert_eq!(app.searches.jobs.leases.len(), 0);
 }
 
 #[tokio::test]
@@ -136,14 +141,97 @@ async fn next_search_is_claimed_when_start_of_the_first_cannot_be_decoded() {
 async fn search_of_a_dead_worker_is_requeued_with_a_death_but_not_at_shutdown() {
     let (_dir, app) = app().await;
     let id = search(&app, no_genomes()).await;
-    for (end, deaths) in [(LeaseEnd::Shutdown, 0), (LeaseEnd::Death("worker"), 1)] {
+    let worker = LostLeases::OfWorker("worker".to_owned());
+    for (lost, deaths) in [(LostLeases::OfProcess, 0), (worker, 1)] {
         let grant = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap();
-        end_leases(&*app.searches, LeaseEnd::Death("other")).await;
-        end_leases(&*app.searches, LeaseEnd::Expired).await;
-        renew_lease(&*app.searches, &grant.ticket).unwrap();
-        end_leases(&*app.searches, end).await;
-        assert!(renew_lease(&*app.searches, &grant.ticket).is_err());
+        end_leases(&*app.searches, LostLeases::OfWorker("other".to_owned())).await;
+        end_leases(&*app.searches, LostLeases::Expired).await;
+        app.searches.renew(&grant.ticket).await.unwrap();
+        end_leases(&*app.searches, lost).await;
+        let ended = app.searches.renew(&grant.ticket).await.unwrap_err();
+        assert_eq!(ended.status(), 409);
         let search = app.store.search(id).await.unwrap();
         assert_eq!((search.state, search.deaths), (SearchState::Queued, deaths));
     }
+}
+
+#[tokio::test]
+async fn report_whose_answer_was_lost_is_repeated_without_a_change() {
+    let (_dir, app) = app().await;
+    let id = search(&app, no_genomes()).await;
+    let ticket = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap().ticket;
+    let report = |generations: std::ops::RangeInclusive<u32>| {
+        let (lines, checkpoint) = (generations.map(line).collect(), None);
+        let update = SearchUpdate::Generations { lines, checkpoint, best: None };
+        SearchReport { ticket, held_ms: 5, update }
+    };
+    for generations in [1..=2, 1..=2, 3..=3] {
+        let directive = app.searches.report(report(generations)).await.unwrap();
+        assert_eq!(directive, Directive::Continue);
+    }
+    assert_eq!(app.searches.report(report(5..=5)).await.unwrap_err().status(), 422);
+    assert_eq!(app.store.search(id).await.unwrap().generation, 3);
+}
+
+#[tokio::test]
+async fn search_yields_with_a_checkpoint_after_its_time_slice() {
+    let (_dir, app) = app().await;
+    let first = search(&app, no_genomes()).await;
+    let ticket = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap().ticket;
+    let report = |held_s: u64, lines: Vec<GenerationLine>, checkpoint| {
+        let update = SearchUpdate::Generations { lines, checkpoint, best: None };
+        app.searches.report(SearchReport { ticket, held_ms: 1000 * held_s, update })
+    };
+    let saved = || Some(vec![7]);
+    assert_eq!(report(60, Vec::new(), saved()).await.unwrap(), Directive::Continue, "none waits");
+    search(&app, no_genomes()).await;
+    assert_eq!(report(5, Vec::new(), saved()).await.unwrap(), Directive::Continue);
+    assert_eq!(report(60, vec![line(1)], None).await.unwrap(), Directive::Yield);
+    assert_eq!(app.store.search(first).await.unwrap().state, SearchState::Running);
+    assert_eq!(report(60, Vec::new(), saved()).await.unwrap(), Directive::Stop);
+    assert_eq!(app.store.search(first).await.unwrap().state, SearchState::Queued);
+    assert_eq!(report(60, Vec::new(), saved()).await.unwrap_err().status(), 409);
+}
+
+#[tokio::test]
+async fn search_that_is_paused_takes_the_last_generations_of_its_worker_and_a_checkpoint() {
+    let (_dir, app) = app().await;
+    let id = search(&app, no_genomes()).await;
+    let ticket = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap().ticket;
+    let report = |lines: Vec<GenerationLine>, checkpoint| {
+        let update = SearchUpdate::Generations { lines, checkpoint, best: None };
+        app.searches.report(SearchReport { ticket, held_ms: 5, update })
+    };
+    assert_eq!(report(vec![line(1)], None).await.unwrap(), Directive::Continue);
+    let pause = app.store.change_search(id, SearchChange::Pause, None, 5).await.unwrap();
+    assert_eq!(pause.unwrap().state, SearchState::Paused);
+    app.searches.renew(&ticket).await.unwrap();
+    for _ in 0..2 {
+        assert_eq!(report(vec![line(2)], None).await.unwrap(), Directive::Yield);
+    }
+    assert_eq!(report(Vec::new(), Some(vec![7])).await.unwrap(), Directive::Stop);
+    let paused = app.store.search(id).await.unwrap();
+    assert_eq!((paused.state, paused.generation), (SearchState::Paused, 2));
+    app.store.change_search(id, SearchChange::Resume, None, 5).await.unwrap().unwrap();
+    assert_eq!(report(Vec::new(), Some(vec![8])).await.unwrap_err().status(), 409);
+    assert_eq!(app.searches.renew(&ticket).await.unwrap_err().status(), 409);
+    let grant = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap();
+    assert_eq!(grant.checkpoint, Some(vec![7]));
+}
+
+#[tokio::test]
+async fn report_that_arrives_twice_at_once_is_stored_once() {
+    let (_dir, app) = app().await;
+    let id = search(&app, no_genomes()).await;
+    let ticket = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap().ticket;
+    for generation in 1..=50 {
+        let report = || {
+            let lines = vec![line(generation)];
+            let update = SearchUpdate::Generations { lines, checkpoint: None, best: None };
+            app.searches.report(SearchReport { ticket, held_ms: 5, update })
+        };
+        let both = tokio::join!(report(), report());
+        assert_eq!((both.0.unwrap(), both.1.unwrap()), (Directive::Continue, Directive::Continue));
+    }
+    assert_eq!(app.store.search_log(id, 0, 100).await.unwrap().len(), 50);
 }
