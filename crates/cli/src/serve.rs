@@ -104,7 +104,7 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
     let plan = WorkerPlan {
         server: format!("http://{}", reachable(address)),
         // Other servers of the database have workers of their own.
-        prefix: is_shared.then(|| default_name() + "-").unwrap_or_default(),
+        prefix: if is_shared { default_name() + "-" } else { String::new() },
         token: server.worker_token(),
         backend: args.backend,
         threads: threads_each(args.workers),

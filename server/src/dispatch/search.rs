@@ -180,7 +180,7 @@ impl Searches {
         let search = self.store.search(ticket.job).await.map_err(stale_or)?;
         let is_step = matches!(update, SearchUpdate::Generations { .. });
         let is_leased = search.epoch == ticket.epoch && search.state == SearchState::Running;
-        if !is_leased && !(is_step && is_paused(&search, &ticket)) {
+        if !(is_leased || is_step && is_paused(&search, &ticket)) {
             return Err(stale());
         }
         // Runs in a separate task: what was written must be published even if the worker

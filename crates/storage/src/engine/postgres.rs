@@ -64,7 +64,6 @@ static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/po
 /// Database on a PostgreSQL server.
 #[derive(Debug)]
 pub(crate) struct Postgres {
-    options: PgConnectOptions,
     pool: PgPool,
     /// Connection with the lock of a server or a copy; `None` for a command, and after
     /// [`Postgres::close`]. A restart of PostgreSQL releases the lock.
@@ -107,10 +106,10 @@ impl Postgres {
                     Ok(meta.idle_for < IDLE || conn.ping().await.is_ok())
                 })
             })
-            .connect_lazy_with(options.clone());
+            .connect_lazy_with(options);
         let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
         let lock = Mutex::new(lock);
-        Ok(Self { options, pool, lock, version, waiting, refused: AtomicU64::new(0) })
+        Ok(Self { pool, lock, version, waiting, refused: AtomicU64::new(0) })
     }
 
     /// Number of writes refused since the start.
@@ -123,7 +122,7 @@ impl Postgres {
     /// # Errors
     /// Returns a [`StorageError`] if PostgreSQL cannot be reached.
     pub async fn join_bus(&self) -> Result<(Bus, BusLink)> {
-        BusLink::join(self.options.clone()).await
+        BusLink::join(PgConnectOptions::clone(&self.pool.connect_options())).await
     }
 
     /// Closes all connections.
