@@ -22,11 +22,17 @@ use crate::wheel;
 const C_COMPILER: &str = "musl-gcc";
 
 /// Files that are in the tarball beside the binary.
-const FILES: [&str; 9] = [
+const FILES: [&str; 15] = [
     "packaging/brood.service",
+    "packaging/brood-worker@.service",
+    "packaging/compose.yaml",
     "packaging/Containerfile",
     "packaging/grafana.json",
+    "packaging/haproxy.cfg",
+    "packaging/kubernetes.yaml",
+    "packaging/rules.yaml",
     "docs/operations.md",
+    "docs/scale.md",
     "SECURITY.md",
     "docs/install.md",
     "CHANGELOG.md",
