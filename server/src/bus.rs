@@ -1,6 +1,6 @@
 //! Messages between the servers of one database: events of streams, jobs that wait, removed
-//! genomes. They can be lost: a server that knows that it missed some asks its clients to read the
-//! state again, and drops what it has cached.
+//! genomes. They can be lost. A server that detects a loss clears its caches and sends `resync` to
+//! its clients.
 
 mod listen;
 mod message;

@@ -46,7 +46,7 @@ const LEASE_TICK: Duration = Duration::from_millis(500);
 const OUTAGE: Duration = Duration::from_secs(30);
 /// Interval of the clean-up of memory.
 const TIDY_TICK: Duration = Duration::from_secs(5);
-/// Interval at which lineages are looked for that another server has left unfinished.
+/// Interval of the search for unfinished lineages of other servers.
 const LOOK_TICK: Duration = Duration::from_secs(60);
 /// Interval of the clean-up of idempotency records.
 const PRUNE_TICK: Duration = Duration::from_secs(3600);
@@ -259,7 +259,7 @@ impl Server {
         if timeout(limit::DRAIN, app.tasks.wait()).await.is_err() {
             tracing::warn!(tasks = app.tasks.len(), "background tasks did not finish in time");
         }
-        // The end of leases and tasks has messages for the other servers.
+        // Leases and tasks that end send messages to the other servers.
         drained.cancel();
         while peers.join_next().await.is_some() {}
         written.cancel();

@@ -8,7 +8,7 @@ use tokio::time::timeout;
 use crate::dispatch::end_leases;
 use crate::state::App;
 
-/// Time for the store to end the leases of a dead worker. Later they expire.
+/// Longest time for the end of a worker's leases. Leases that are not ended by then expire.
 const REQUEUE: Duration = Duration::from_secs(5);
 
 /// Handle that requeues the jobs of dead and stopped workers.

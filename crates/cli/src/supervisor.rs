@@ -149,8 +149,8 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
     command.spawn().context("start a worker")
 }
 
-/// True if a worker has exited by a signal that stops the server too, such as one to all processes
-/// of a container. The server may receive it a little later.
+/// True if a worker has exited cleanly and the server stops too, within [`SIGNAL_DELAY`]: a signal
+/// was sent to all processes, as in a container.
 async fn is_stop(ended: &std::io::Result<ExitStatus>, shutdown: &CancellationToken) -> bool {
     ended.as_ref().is_ok_and(ExitStatus::success)
         && timeout(SIGNAL_DELAY, shutdown.cancelled()).await.is_ok()

@@ -1,7 +1,9 @@
 //! Exports as jobs: create, read, cancel, expire, and the workers' side: claim, file, failure,
 //! release. Owner of the tables `export` and `export_file`; each transition is a compare-and-set on
-//! id, epoch and state. With SQLite, the files themselves are the caller's: a row of a file gets
-//! its size once the file is on disk. With PostgreSQL, `export_file` stores them with their rows.
+//! id, epoch and state.
+//!
+//! On SQLite the caller keeps the files on disk, and a row gets the size of its file once that is
+//! on disk. On PostgreSQL the module `export_file` stores the files.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -217,8 +219,8 @@ impl Store {
         lease::renew(self, LeasedTable::Export, (id, epoch), ttl).await
     }
 
-    /// Records a file that is on disk, or stores `content` as the file. The export succeeds with
-    /// its last file; until then its lease lasts for this time.
+    /// Records a file that is on disk, or stores `content` as the file. Renews the lease for `ttl`.
+    /// The last file ends the export with success.
     ///
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the epoch is stale, [`StorageError::NotFound`] if the
@@ -277,8 +279,9 @@ impl Store {
         .await
     }
 
-    /// Cancels a queued or running export, with the idempotency record of the request, and forgets
-    /// its files. Returns the changed export; as the inner error its state, if it has ended.
+    /// Cancels a queued or running export and forgets its files. Stores the idempotency record of
+    /// the request. Returns the changed export. The inner error is the state of an export that has
+    /// ended.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist, [`StorageError::Conflict`] if the

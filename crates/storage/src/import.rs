@@ -110,7 +110,7 @@ impl Store {
         .await
     }
 
-    /// Takes over the lineages whose import or removal was left by the server that had begun it.
+    /// Returns the lineages whose import or removal has stopped, for this server to remove.
     /// With `all`, and on SQLite alone, those that the last process did not finish.
     ///
     /// # Errors

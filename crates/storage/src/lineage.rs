@@ -17,8 +17,8 @@ use crate::sql::{Conn, query};
 use crate::write::operation;
 use crate::{StorageError, Store};
 
-/// Time after which the server of an import or a removal is taken for dead. A slice takes
-/// milliseconds, but may wait.
+/// Time after the last slice of an import or a removal, after which another server removes the
+/// lineage. A slice takes milliseconds, but may wait.
 const UNFINISHED: Duration = Duration::from_secs(60);
 
 /// Position in the list of lineages: after the lineage it names, even if that has been removed.
@@ -308,8 +308,8 @@ impl Unfinished {
     }
 }
 
-/// Hides a lineage from all lists until its import or removal is finished. Other servers leave it
-/// to this one until [`UNFINISHED`] after the last [`renew_unfinished`].
+/// Hides a lineage from all lists until its import or removal is finished. Other servers do
+/// not remove it until [`UNFINISHED`] after the last [`renew_unfinished`].
 ///
 /// # Errors
 /// Returns [`StorageError::NotFound`] if it does not exist.
@@ -327,9 +327,9 @@ pub(crate) async fn set_unfinished(conn: &mut Conn, id: LineageId, work: Unfinis
     Ok(())
 }
 
-/// Says that the work on an unfinished lineage goes on. A removal ends an import: no generation is
-/// added to what it has left. Locks the row of the lineage before that of its end, as
-/// [`set_unfinished`] does.
+/// Sets the deadline of an unfinished lineage to [`UNFINISHED`] from now. A removal ends an import:
+/// the import can add no further generation. Locks the row in `lineage` before that in
+/// `unfinished_lineage`, as [`set_unfinished`] does.
 ///
 /// # Errors
 /// Returns an error if the lineage is removed: [`StorageError::Conflict`] for an import,
@@ -353,8 +353,8 @@ pub(crate) async fn renew_unfinished(
     changed(renewed, work.removed())
 }
 
-/// Takes over the unfinished lineages that their servers have left, to remove them. With `all`,
-/// those of a SQLite file that this process has just opened.
+/// Marks the unfinished lineages whose deadline has passed for removal by this server, and returns
+/// them. `all` also selects those of a SQLite file, which this process has just opened.
 pub(crate) async fn take_unfinished(conn: &mut Conn, all: bool) -> Result<Vec<LineageId>> {
     let sql = format!(
         "UPDATE unfinished_lineage SET until_ms = {} + ?3, removing = TRUE

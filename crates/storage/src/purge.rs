@@ -120,7 +120,7 @@ impl Store {
     }
 }
 
-/// Locks the genomes and the lineage, in the order of births, for a removal that goes on.
+/// Begins a slice of a removal: locks the genomes, then the lineage, in the order of births.
 async fn begin_removal(conn: &mut Conn, id: LineageId) -> Result<()> {
     conn.lock_genomes(GenomeUse::Removal).await?;
     lineage::renew_unfinished(conn, id, Unfinished::Removal).await

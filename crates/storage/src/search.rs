@@ -173,8 +173,8 @@ impl Store {
         query.fetch_all(&mut self.reader().await?).await?.iter().map(StoredSearch::read).collect()
     }
 
-    /// Pauses, resumes or cancels a search, with the idempotency record of the request. Returns the
-    /// changed search; as the inner error the current state, if it does not allow the change.
+    /// Pauses, resumes or cancels a search. Stores the idempotency record of the request. Returns
+    /// the changed search. The inner error is the current state if it does not allow the change.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist, [`StorageError::Conflict`]

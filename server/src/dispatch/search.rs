@@ -142,7 +142,7 @@ impl Searches {
         self.events.peers().tell_search();
     }
 
-    /// Renews a lease. The worker of a search that was paused goes on until its next report, which
+    /// Renews a lease. Accepts that of a search that was just paused: the next report of its worker
     /// saves the search.
     ///
     /// # Errors

@@ -23,8 +23,8 @@ struct Last {
 }
 
 impl Seen {
-    /// Notes a batch. Returns false if it was received before: a sender that gets no answer sends
-    /// its batch again.
+    /// Notes a batch. Returns false if it was received before: a sender repeats a batch whose
+    /// NOTIFY was not answered.
     pub(super) fn note(&mut self, name: &str, number: u64, now: Instant) -> bool {
         let last = self.servers.get(name).map_or(0, |last| last.number);
         if number <= last {
