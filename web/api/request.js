@@ -151,8 +151,7 @@ async function sendRequest(method, path, options) {
     if (response.ok) return response;
     if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
     const mayRetry =
-      response.status === 503 ||
-      response.status === 429 ||
+      [429, 502, 503, 504].includes(response.status) ||
       (response.status === 409 && method === "POST" && !options.settled);
     if (mayRetry && tried < TRIES) {
       const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
