@@ -19,7 +19,7 @@ pub struct CheckArgs {
 /// Runs the command. Damage of the database is an error; damaged pictures are rendered again.
 pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let data = match args.place.database {
+    let data = match args.place.database()? {
         Some(_) => place::data_dir(args.place.data.as_ref())?,
         None => args.place.database_dir()?,
     };

@@ -29,6 +29,7 @@ mod palette;
 mod place;
 mod preset;
 mod render;
+mod secret;
 mod serve;
 mod supervisor;
 mod token;

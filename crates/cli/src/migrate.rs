@@ -18,11 +18,11 @@ pub struct MigrateArgs {
 /// Runs the command.
 pub fn run(args: &MigrateArgs, json: bool) -> Result<()> {
     logging::start_offline();
-    let database = args.place.database.as_ref();
+    let database = args.place.database()?;
     let database = database.context("name the PostgreSQL database with --database")?;
     let data = place::with_database(args.place.data.as_ref())?;
     let spinner = output::spinner("connecting");
-    let migrated = place::runtime()?.block_on(migrate(&data, database, |step| match step {
+    let migrated = place::runtime()?.block_on(migrate(&data, &database, |step| match step {
         MigrationStep::Copied { table, rows } => {
             spinner.set_message(format!("copying {table}: {rows} rows"));
         }

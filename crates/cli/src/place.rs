@@ -7,6 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 use brood_storage::{DatabaseAddress, Store};
 use clap::Args;
 
+use crate::secret;
+
 /// Place of a server's data.
 #[derive(Debug, Clone, Args)]
 pub struct DataPlace {
@@ -16,13 +18,23 @@ pub struct DataPlace {
     /// PostgreSQL database, postgres://USER@HOST/NAME, instead of the one in the data directory. A
     /// password belongs in the variable or in ~/.pgpass: other users can see arguments
     #[arg(long, value_name = "ADDRESS", env = "BROOD_DATABASE", hide_env_values = true)]
-    pub database: Option<DatabaseAddress>,
+    database: Option<DatabaseAddress>,
+    /// File with the address of the PostgreSQL database
+    #[arg(long, value_name = "FILE", env = "BROOD_DATABASE_FILE", conflicts_with = "database")]
+    database_file: Option<PathBuf>,
 }
 
 impl DataPlace {
+    /// Address of the PostgreSQL database; `None` for the one in the data directory.
+    pub fn database(&self) -> Result<Option<DatabaseAddress>> {
+        let Some(file) = &self.database_file else { return Ok(self.database.clone()) };
+        let address = secret::read(file).context("read the address of the database")?;
+        Ok(Some(address.into()))
+    }
+
     /// Opens the store, also while a server uses it.
     pub async fn open_shared(&self) -> Result<Store> {
-        match &self.database {
+        match &self.database()? {
             Some(address) => Store::connect_shared(address).await.context("open the database"),
             None => {
                 let dir = data_dir(self.data.as_ref())?;
@@ -33,7 +45,7 @@ impl DataPlace {
 
     /// Data directory, which must have a database. Error if the database is another.
     pub fn database_dir(&self) -> Result<PathBuf> {
-        if let Some(address) = &self.database {
+        if let Some(address) = &self.database()? {
             bail!("{address} is copied and compacted by the tools of PostgreSQL, such as pg_dump");
         }
         with_database(self.data.as_ref())

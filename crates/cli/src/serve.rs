@@ -87,7 +87,7 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         allow_hosts: args.allow_hosts.clone(),
         backend: args.backend,
         web_dir: args.web_dir.clone(),
-        database: args.place.database.clone().map(connected),
+        database: args.place.database()?.map(connected),
         ..ServerConfig::new(args.listen, place::data_dir(args.place.data.as_ref())?)
     };
     // Before the printed line: its reader may send a signal at once.

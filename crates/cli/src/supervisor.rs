@@ -131,6 +131,7 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
         .args(["worker", "--while-stdin-is-open", "--name", name])
         .args(["--server", &plan.server, "--backend", plan.backend.name()])
         .env(TOKEN_VARIABLE, &plan.token)
+        .env_remove("BROOD_TOKEN_FILE")
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .kill_on_drop(true);

@@ -2,16 +2,17 @@
 
 use std::io::{Read, Write};
 use std::num::NonZeroUsize;
+use std::path::PathBuf;
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use brood_bench::logging;
 use brood_protocol::{Backend, TOKEN_VARIABLE, random_bytes};
 use brood_worker::{SearcherConfig, WorkerConfig};
 use clap::Args;
 use tokio_util::sync::CancellationToken;
 
-use crate::{place, serve};
+use crate::{place, secret, serve};
 
 /// Interval of the bytes by which a supervisor sees that its worker runs.
 const BEAT: Duration = Duration::from_millis(500);
@@ -27,7 +28,11 @@ pub struct WorkerArgs {
     server: String,
     /// Token of scope work
     #[arg(long, value_name = "TOKEN", env = TOKEN_VARIABLE, hide_env_values = true)]
-    token: String,
+    #[arg(required_unless_present = "token_file")]
+    token: Option<String>,
+    /// File with the token
+    #[arg(long, value_name = "FILE", env = "BROOD_TOKEN_FILE", conflicts_with = "token")]
+    token_file: Option<PathBuf>,
     /// Evaluator: auto, cpu, gpu or reference
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     backend: Backend,
@@ -74,6 +79,11 @@ fn lower_priority() {
 /// Runs the renderer or the searcher until a signal, or until stdin is closed if that was
 /// requested.
 async fn work(args: WorkerArgs) -> Result<()> {
+    let token = match (args.token, &args.token_file) {
+        (Some(token), _) => token,
+        (None, Some(file)) => secret::read(file).context("read the token")?,
+        (None, None) => bail!("a worker needs --token or --token-file"),
+    };
     let shutdown = serve::shutdown_on_signal()?;
     if args.while_stdin_is_open {
         // A thread instead of async stdin, which would block the shutdown of the runtime.
@@ -91,7 +101,7 @@ async fn work(args: WorkerArgs) -> Result<()> {
     if args.searches {
         let config = SearcherConfig {
             server: args.server,
-            token: args.token,
+            token,
             name: args.name.unwrap_or_else(default_name),
             threads: args.threads,
         };
@@ -104,7 +114,7 @@ async fn work(args: WorkerArgs) -> Result<()> {
     }
     let config = WorkerConfig {
         server: args.server,
-        token: args.token,
+        token,
         backend: args.backend,
         name: args.name.unwrap_or_else(default_name),
         threads: args.threads,
