@@ -1,8 +1,9 @@
 //! Tests on PostgreSQL: a temporary cluster, and the tests of the store and of the API on it.
 //!
-//! The cluster listens on a Unix socket in its own folder below the folder of temporary files. As
-//! root it runs as the user `postgres`, whom the Debian package makes: PostgreSQL refuses root.
+//! The cluster listens on a Unix socket in its own folder below the folder of temporary files, and
+//! for connections with TLS, which need a password, on a port of 127.0.0.1. As root it runs as the user `postgres`, whom the Debian package makes: PostgreSQL refuses root.
 
+use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
@@ -15,7 +16,23 @@ use crate::{shell, suite};
 /// Folder with a folder for each installed version.
 const PROGRAMS: &str = "/usr/lib/postgresql";
 /// Options of the cluster. Tests open many connections.
-const OPTIONS: &str = "-c listen_addresses= -c max_connections=500";
+const OPTIONS: &str = "-c listen_addresses=127.0.0.1 -c max_connections=500 -c ssl=on";
+/// Options of `openssl` for a key and a certificate of `localhost` that signs itself.
+const CERTIFICATE: [&str; 13] = [
+    "req",
+    "-x509",
+    "-newkey",
+    "ec",
+    "-pkeyopt",
+    "ec_paramgen_curve:P-256",
+    "-noenc",
+    "-days",
+    "2",
+    "-subj",
+    "/CN=localhost",
+    "-addext",
+    "subjectAltName=DNS:localhost",
+];
 /// Tests of the API that run on PostgreSQL in each run of all tests: those of what is stored.
 const STORED: &str = "test(/^(access|breed|comparison|edit|export_job|genome|idempotency|individual|\
     job|lineage|lineage_list|lock|mesh|operation|scene|search|several_servers|start|target)::/)";
@@ -29,6 +46,7 @@ const THREADS: &str = "--test-threads=4";
 struct Cluster {
     programs: PathBuf,
     folder: PathBuf,
+    port: u16,
     user: Option<&'static str>,
 }
 
@@ -36,28 +54,44 @@ impl Cluster {
     /// Installs PostgreSQL if it is missing, and starts an empty cluster.
     fn start() -> Result<Self> {
         if newest().is_none() {
-            println!("missing: a database server (Debian: postgresql)");
-            prerequisite::install_debian(&["postgresql"])?;
+            println!("missing: a database server (Debian: postgresql, openssl)");
+            prerequisite::install_debian(&["postgresql", "openssl"])?;
         }
         let programs = newest().context("find PostgreSQL below /usr/lib/postgresql")?;
         let is_root = shell::output(shell::command("id").arg("-u"))?.trim() == "0";
         let folder = std::env::temp_dir().join(format!("brood-pg-{}", std::process::id()));
-        let cluster = Self { programs, folder, user: is_root.then_some("postgres") };
+        // Free at this moment.
+        let port = TcpListener::bind(("127.0.0.1", 0))?.local_addr()?.port();
+        let cluster = Self { programs, folder, port, user: is_root.then_some("postgres") };
         shell::run(cluster.command("mkdir").args(["-m", "700"]).arg(&cluster.folder))?;
         shell::run(
             cluster
                 .command(cluster.programs.join("initdb"))
-                .args(["--username=brood", "--auth=trust", "--encoding=UTF8"])
+                .args(["--username=brood", "--auth-local=trust", "--auth-host=scram-sha-256"])
+                .arg("--encoding=UTF8")
                 .args(["--locale=C.UTF-8", "--no-instructions", "--pgdata"])
                 .arg(cluster.data()),
         )?;
-        let folder = cluster.folder.display();
+        // Of an authority it would not be accepted as a server's.
+        let is_leaf = ["-addext", "basicConstraints=critical,CA:FALSE"];
+        shell::run(
+            cluster
+                .command("openssl")
+                .args(CERTIFICATE)
+                .args(is_leaf)
+                .arg("-keyout")
+                .arg(cluster.data().join("server.key"))
+                .arg("-out")
+                .arg(cluster.data().join("server.crt")),
+        )?;
+        let (folder, port) = (cluster.folder.display(), cluster.port);
+        let options = format!("{OPTIONS} -c port={port} -c unix_socket_directories={folder}");
         shell::run(
             cluster
                 .control()
                 .args(["--wait", "--log"])
                 .arg(cluster.folder.join("log"))
-                .args(["--options", &format!("{OPTIONS} -c unix_socket_directories={folder}")])
+                .args(["--options", &options])
                 .arg("start"),
         )?;
         Ok(cluster)
@@ -66,7 +100,7 @@ impl Cluster {
     /// Address for `BROOD_TEST_DATABASE`.
     fn address(&self) -> String {
         let folder = self.folder.display().to_string().replace('/', "%2F");
-        format!("postgres://brood@{folder}/postgres")
+        format!("postgres://brood@{folder}:{}/postgres", self.port)
     }
 
     fn data(&self) -> PathBuf {

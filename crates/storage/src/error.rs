@@ -41,7 +41,7 @@ pub enum StorageError {
     #[error("the queue is full")]
     QueueFull,
     /// Another process has locked the data directory or the database.
-    #[error("another brood server is using this data directory, or a copy is made of its database")]
+    #[error("another brood server is using this data directory")]
     Locked,
     /// The store is closed.
     #[error("the store is closed")]
@@ -152,7 +152,8 @@ impl From<sqlx::Error> for StorageError {
 pub(crate) fn postgres_error(error: sqlx::Error) -> StorageError {
     let Some(database) = error.as_database_error() else {
         return match error {
-            sqlx::Error::Io(_) | sqlx::Error::Protocol(_) | sqlx::Error::Tls(_) => {
+            sqlx::Error::Io(error) => StorageError::Unreachable(error.to_string()),
+            sqlx::Error::Protocol(_) | sqlx::Error::Tls(_) => {
                 StorageError::Unreachable(error.to_string())
             }
             error => error.into(),

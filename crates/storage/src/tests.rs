@@ -12,6 +12,7 @@ mod packing;
 mod removal;
 mod search;
 mod several_writers;
+mod tls;
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -83,7 +83,13 @@ impl Postgres {
     /// As [`Store::connect`](crate::Store::connect).
     pub async fn connect(address: &DatabaseAddress, usage: Usage) -> Result<Self> {
         let (options, connections) = (options(address)?, address.connections());
-        let mut conn = options.connect().await.map_err(postgres_error)?;
+        let conn = options.connect().await.map_err(postgres_error);
+        let mut conn = conn.map_err(|error| match error {
+            StorageError::Unreachable(reason) => {
+                StorageError::Unreachable(format!("{address}: {reason}"))
+            }
+            error => error,
+        })?;
         let version = assert_version(&mut conn).await?;
         assert_durable(&mut conn).await?;
         if usage == Usage::Server {
@@ -224,7 +230,11 @@ async fn prepare(conn: &mut PgConnection, usage: Usage) -> Result<()> {
         let checked = match usage {
             // The servers decide on the schema.
             Usage::Command => return assert_migrated(conn).await,
-            Usage::Alone => return Err(StorageError::Locked),
+            Usage::Alone => {
+                return Err(StorageError::Unsupported(
+                    "a server or a command uses the database; stop it first".to_owned(),
+                ));
+            }
             Usage::Server if try_lock(conn, "SELECT pg_try_advisory_lock_shared(").await? => {
                 match assert_migrated(conn).await {
                     Ok(()) => return Ok(()),

@@ -117,8 +117,8 @@ async fn copy_into_a_database_with_other_rows_is_refused() {
     let (dir, store) = open_directory().await;
     fill(&store).await;
     store.close().await.unwrap();
-    let locked = copy(dir.path(), &address).await;
-    assert!(matches!(locked, Err(StorageError::Locked)), "{locked:?}");
+    let used = copy(dir.path(), &address).await.unwrap_err().to_string();
+    assert_eq!(used, "a server or a command uses the database; stop it first");
     to.close().await.unwrap();
     let mixed = copy(dir.path(), &address).await;
     assert!(matches!(mixed, Err(StorageError::Mixed { .. })), "{mixed:?}");
