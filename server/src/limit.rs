@@ -38,6 +38,8 @@ pub const SEARCH_SECONDS: f64 = 7.0 * 24.0 * 3600.0;
 pub const SEARCH_GENERATIONS: u32 = 100_000;
 /// Most evaluations of a search.
 pub const SEARCH_EVALUATIONS: u64 = 1_000_000_000_000;
+/// Most islands of a search.
+pub const ISLANDS: u64 = 64;
 /// Most start individuals of a search.
 pub const SEARCH_START: usize = 64;
 /// Time after which a running search yields to queued ones.

@@ -165,6 +165,13 @@ async fn data_of_an_earlier_version_has_no_tags_and_its_hidden_lineages_can_be_r
     let options = SqliteConnectOptions::new().filename(server.data().join("brood.db"));
     let mut database = SqliteConnection::connect_with(&options).await.unwrap();
     for sql in [
+        "DROP TABLE migrant",
+        "DROP INDEX search_parent",
+        "ALTER TABLE search DROP COLUMN found",
+        "ALTER TABLE search DROP COLUMN awaits",
+        "ALTER TABLE search DROP COLUMN previous_id",
+        "ALTER TABLE search DROP COLUMN island",
+        "ALTER TABLE search DROP COLUMN parent_id",
         "DROP TABLE search_checkpoint",
         "DROP INDEX search_running",
         "ALTER TABLE search DROP COLUMN lease_until_ms",

@@ -32,6 +32,7 @@ mod genome;
 mod guide;
 mod idempotency;
 mod individual;
+mod islands;
 mod job;
 mod light;
 mod lineage;

@@ -18,7 +18,7 @@ import { nameOfTarget } from "./words.js";
  * @typedef {{file: File|null, kind: TargetKind|"", views: PictureDraft[], target: Target|null,
  *   own: string|null, name: string, strategy: string, objective: string, measure: Measure,
  *   seconds: string, generations: string, evaluations: string, seed: string, threads: string,
- *   mirrored: boolean, into: "own"|"open", start: {of: Individual, name: string}|null}} Draft
+ *   islands: string, mirrored: boolean, into: "own"|"open", start: {of: Individual, name: string}|null}} Draft
  *   Numbers are as they are typed. `file`: the chosen file, or the first of several pictures;
  *   `views`: pictures with their settings; `own`: id of the target that this form has uploaded and
  *   that no search uses yet; `into`: results go to a lineage of their own or to the open one.
@@ -35,6 +35,9 @@ export const OBJECTIVES = [
 
 /** True if a strategy fits lobes, whose objective can be chosen. @param {string} strategy */
 export const hasObjective = (strategy) => ["", "hybrid", "lobes"].includes(strategy);
+
+/** True if a strategy may have islands. @param {string} strategy */
+export const hasIslands = (strategy) => ["", "hybrid", "gp"].includes(strategy);
 
 /** @param {Partial<Draft>} change */
 export function updateDraft(change) {
@@ -93,6 +96,12 @@ export function requestOf(of, open) {
       field: "threads",
       wrong: "The number of threads must be a whole number of at least 1, or empty for all.",
     };
+  const hasIslandsTyped = hasIslands(of.strategy) && of.islands.trim() !== "";
+  if (hasIslandsTyped && !(isWhole(of.islands) && Number(of.islands) > 0))
+    return {
+      field: "islands",
+      wrong: "The number of islands must be a whole number of at least 1, or empty for one.",
+    };
   /** @type {Record<string, unknown>} */
   const json = { kind: "fit", target: of.target.id, [of.measure]: budget };
   if (of.name.trim()) json.name = of.name.trim();
@@ -101,6 +110,7 @@ export function requestOf(of, open) {
   // Sent as text, because seeds may exceed the whole numbers that JavaScript represents.
   if (of.seed.trim()) json.seed = of.seed.trim();
   if (of.threads.trim()) json.threads = Number(of.threads);
+  if (hasIslandsTyped) json.islands = Number(of.islands);
   if (of.mirrored) json.mirrored = true;
   if (of.into === "open" && open) json.lineage = open;
   if (of.start) json.start = [of.start.of.id];

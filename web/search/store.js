@@ -37,6 +37,7 @@ export const BLANK = {
   evaluations: "20000",
   seed: "",
   threads: "",
+  islands: "",
   mirrored: false,
   into: "own",
   start: null,

@@ -336,7 +336,7 @@ export function restoreSetAside() {
 }
 
 /** Fills the form for another search of the same target. @param {Job} of @param {Target} target */
-export function searchAgain({ strategy, budget, seed, threads, mirrored, name }, target) {
+export function searchAgain({ strategy, budget, seed, threads, islands, mirrored, name }, target) {
   chooseTarget(target);
   const measure = budget.generations
     ? "generations"
@@ -349,6 +349,7 @@ export function searchAgain({ strategy, budget, seed, threads, mirrored, name },
     [measure]: String(budget[measure] ?? ""),
     seed: String(seed),
     threads: threads === null ? "" : String(threads),
+    islands: islands > 1 ? String(islands) : "",
     mirrored,
     name: name === target.name ? "" : name,
   });

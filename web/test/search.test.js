@@ -40,6 +40,7 @@ test("a request has all fields of the form, with the seed as text", () => {
     measure: "generations",
     seed: "18446744073709551615",
     threads: "2",
+    islands: "4",
     mirrored: true,
     into: "open",
     start: { of: { id: "i-1" }, name: "the centre" },
@@ -53,6 +54,7 @@ test("a request has all fields of the form, with the seed as text", () => {
       strategy: "gp",
       seed: "18446744073709551615",
       threads: 2,
+      islands: 4,
       mirrored: true,
       lineage: "l-1",
       start: ["i-1"],
@@ -86,6 +88,7 @@ test("an invalid form names its wrong field", () => {
     [{ seed: "-1" }, "seed"],
     [{ threads: "0" }, "threads"],
     [{ threads: "two" }, "threads"],
+    [{ islands: "0" }, "islands"],
   ])) {
     const asked = requestOf({ ...DRAFT, ...change }, null);
     assert.equal("field" in asked && asked.field, field, JSON.stringify(change));

@@ -194,6 +194,16 @@ impl SearchContext {
             if let Some(update) = update {
                 directive = self.report(lease, update).await?;
             }
+            if let Directive::Take(arrival) = directive {
+                let (back, taken) = blocking(&pool, move || {
+                    let taken = run.take(&arrival);
+                    (run, taken)
+                })
+                .await?;
+                run = back;
+                taken.map_err(Interrupted::Failed)?;
+                directive = Directive::Continue;
+            }
             let is_stopped = stop.load(Ordering::Relaxed);
             if (is_stopped || directive == Directive::Yield)
                 && let Some(update) = run.save()

@@ -9,11 +9,12 @@ use brood_eval::{Developed, EvalError, encode_png, express};
 use brood_genome::Genome;
 use brood_inspect::Specimen;
 use brood_protocol::{
-    Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NextScene, ReportedSpread,
-    SearchGrant, SearchUpdate,
+    Arrival, Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NextScene,
+    ReportedSpread, SearchGrant, SearchUpdate,
 };
 use brood_search::{
-    Candidate, Found, NextPicture, Options, Progress, Search, Spread, SpreadMap, TimeBudget,
+    Candidate, Found, MIGRATION, NextPicture, Options, Progress, Search, Spread, SpreadMap,
+    TimeBudget, island_seed,
 };
 use brood_target::{KnownView, Objective, Strategy, TargetFile};
 use rayon::prelude::*;
@@ -36,6 +37,10 @@ pub(crate) struct SearchRun {
     target: Arc<SearchTarget>,
     budget: Budget,
     target_error: Option<f64>,
+    /// True if the search has several islands.
+    has_islands: bool,
+    /// True if an island before this has reached the target error.
+    is_told_to_end: bool,
     /// Search time in seconds, without pauses and the server's response times.
     seconds: f64,
     /// Present if the budget is a time.
@@ -67,16 +72,18 @@ impl SearchRun {
             .ok_or_else(|| "server and worker are of different versions".to_owned())?;
         let start = grant.start.iter().map(|bytes| Genome::from_canonical_bytes(bytes));
         let start = start.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
-        let (seed, is_mirrored) = (grant.seed, grant.is_mirrored);
+        let (seed, is_mirrored) = (island_seed(grant.seed, grant.island), grant.is_mirrored);
         let options = Options { strategy, seed, is_mirrored, start, objective };
         let search = match &grant.checkpoint {
             None => Search::new(&target.file.target.fitted, &options),
             Some(state) => Search::resume(&target.file.target.fitted, &options, state)
                 .map_err(|error| error.to_string())?,
         };
-        Ok(Self {
+        let mut run = Self {
             search: search.reporting(&target.file.target.held),
             target,
+            has_islands: grant.islands > 1,
+            is_told_to_end: false,
             budget: grant.budget,
             target_error: grant.target_error,
             seconds: grant.seconds,
@@ -87,14 +94,31 @@ impl SearchRun {
             recorded: grant.recorded.unwrap_or(f64::INFINITY),
             has_begun: grant.checkpoint.is_some(),
             saved: Instant::now(),
-        })
+        };
+        if let Some(arrival) = &grant.arrival {
+            run.take(arrival)?;
+        }
+        Ok(run)
     }
 
-    /// Runs generations until the budget is used up, a notably better material is found, the report
-    /// interval has passed, or `stop` is set.
+    /// Adds what has come of the island before.
+    pub(crate) fn take(&mut self, arrival: &Arrival) -> Result<(), String> {
+        match arrival {
+            Arrival::Migrants(genomes) => {
+                let genomes = genomes.iter().map(|bytes| Genome::from_canonical_bytes(bytes));
+                let genomes = genomes.collect::<Result<Vec<_>, _>>().map_err(|e| e.to_string())?;
+                self.search.immigrate(&genomes);
+            }
+            Arrival::Ended { is_reached } => self.is_told_to_end |= is_reached,
+        }
+        Ok(())
+    }
+
+    /// Runs generations until the budget is used up, programs migrate, a notably better material is
+    /// found, the report interval has passed, or `stop` is set.
     pub(crate) fn step_batch(&mut self, stop: &AtomicBool) -> Result<StepBatch, String> {
         let started = Instant::now();
-        let (mut lines, mut best) = (Vec::new(), None);
+        let (mut lines, mut best, mut emigrants) = (Vec::new(), None, None);
         let mut is_over = self.has_begun && self.is_over(&self.search.progress());
         while !is_over && !stop.load(Ordering::Relaxed) {
             let (step, times) = (Instant::now(), self.search.next_step_cost());
@@ -117,6 +141,10 @@ impl SearchRun {
                 seconds: self.seconds,
             });
             is_over = self.is_over(&progress);
+            if self.has_islands && !is_over && progress.generation.is_multiple_of(MIGRATION) {
+                let genomes = self.search.emigrants();
+                emigrants = Some(genomes.iter().map(Genome::canonical_bytes).collect());
+            }
             if progress.held < NOTABLE_RATIO * self.recorded {
                 self.recorded = progress.held;
                 best = match self.search.best() {
@@ -125,17 +153,20 @@ impl SearchRun {
                 };
                 break;
             }
-            if started.elapsed() >= REPORT_INTERVAL {
+            if emigrants.is_some() || started.elapsed() >= REPORT_INTERVAL {
                 break;
             }
         }
         if lines.is_empty() {
             return Ok(StepBatch { update: None, is_over });
         }
-        let saves = is_over || best.is_some() || self.saved.elapsed() >= SAVE_INTERVAL;
+        let saves = is_over
+            || best.is_some()
+            || emigrants.is_some()
+            || self.saved.elapsed() >= SAVE_INTERVAL;
         let checkpoint = saves.then(|| self.checkpoint());
         Ok(StepBatch {
-            update: Some(SearchUpdate::Generations { lines, checkpoint, best }),
+            update: Some(SearchUpdate::Generations { lines, checkpoint, best, emigrants }),
             is_over,
         })
     }
@@ -146,6 +177,7 @@ impl SearchRun {
             lines: Vec::new(),
             checkpoint: Some(self.checkpoint()),
             best: None,
+            emigrants: None,
         })
     }
 
@@ -170,7 +202,8 @@ impl SearchRun {
         front[..=best].rotate_right(1);
         let front = front.par_iter().map(|found| measured(file, found)).collect();
         let seconds = self.seconds + started.elapsed().as_secs_f64();
-        Ok(SearchUpdate::Finished { front, seconds })
+        let is_reached = self.is_reached(&self.search.progress());
+        Ok(SearchUpdate::Finished { front, seconds, is_reached })
     }
 
     /// Returns the spread of the materials that match the pictures of the target; `None` for other
@@ -211,7 +244,12 @@ impl SearchRun {
             Budget::Generations(generations) => progress.generation >= generations,
             Budget::Evaluations(evaluations) => progress.evaluations >= evaluations,
         };
-        is_used_up || self.target_error.is_some_and(|error| progress.held <= error)
+        is_used_up || self.is_reached(progress)
+    }
+
+    /// True if this island, or one before it, has reached the target error.
+    fn is_reached(&self, progress: &Progress) -> bool {
+        self.is_told_to_end || self.target_error.is_some_and(|error| progress.held <= error)
     }
 }
 

@@ -14,13 +14,13 @@ use crate::{
 /// Content type of all messages between server and workers.
 pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version, in base 36.
-const MAGIC: &[u8; 8] = b"brood/c\n";
+const MAGIC: &[u8; 8] = b"brood/d\n";
 
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
     /// The prefix is missing or names another version.
-    #[error("the message must begin with the protocol version brood/c")]
+    #[error("the message must begin with the protocol version brood/d")]
     Version,
     /// The message is truncated or malformed.
     #[error("the message is malformed: {0}")]
@@ -359,7 +359,8 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
     decode_body(bytes.strip_prefix(MAGIC).ok_or(WireError::Version)?)
 }
 
-/// Decodes stored data: a mesh, or the start genomes of a search. Accepts every protocol version:
+/// Decodes stored data: a mesh, the start genomes of a search, programs that migrate among its
+/// islands, or the front of one. Accepts every protocol version:
 /// the encoding of these types must never change.
 ///
 /// # Errors

@@ -80,12 +80,12 @@ pub use problem::Problem;
 pub use random::{random_bytes, random_token};
 pub use render_stats::RenderStats;
 pub use search::{
-    AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, MaterialSpread, NextScene,
-    SearchAnswer, SearchLine, SearchOptions, SearchState,
+    AnyJob, Budget, CreateSearch, FoundMaterial, FoundView, Front, IslandAnswer, MaterialSpread,
+    NextScene, SearchAnswer, SearchLine, SearchOptions, SearchState,
 };
 pub use search_lease::{
-    CalibratedView, Directive, GenerationLine, MeasuredMaterial, ReportedSpread, SearchGrant,
-    SearchReport, SearchRequest, SearchTicket, SearchUpdate, TargetBytes,
+    Arrival, CalibratedView, Directive, GenerationLine, MeasuredMaterial, ReportedSpread,
+    SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate, TargetBytes,
 };
 pub use seed::Seed;
 pub use subject::{Aspect, Subject, TargetSource};

@@ -47,6 +47,12 @@ pub struct CreateSearch {
     /// Error at which the search ends before its budget is used up: E_log on the validation
     /// samples, above 0. Default: none.
     pub target_error: Option<f64>,
+    /// Number of islands, 1 to 64, for the strategies `gp` and `hybrid`: searches with different
+    /// seeds on as many workers, which take over each other's best programs. Seconds and
+    /// generations of the budget are those of each island, evaluations are divided among them. The
+    /// result depends on the seed and on this number. Default: 1.
+    #[schema(minimum = 1, maximum = 64)]
+    pub islands: Option<u64>,
     /// True if the material is mirror symmetric, so that the fit need not distinguish left from
     /// right. Default: false.
     #[serde(default)]
@@ -71,6 +77,15 @@ pub enum Budget {
 }
 
 impl Budget {
+    /// Returns the budget of one of several islands.
+    #[must_use]
+    pub fn of_island(self, islands: u32) -> Self {
+        match self {
+            Self::Evaluations(all) => Self::Evaluations(all.div_ceil(u64::from(islands.max(1)))),
+            own => own,
+        }
+    }
+
     /// Returns the share of the budget, 0 to 1, that generations, evaluations and seconds have
     /// used.
     #[must_use]
@@ -177,10 +192,37 @@ pub struct SearchOptions {
     pub mirrored: bool,
     /// Budget.
     pub budget: Budget,
+    /// Number of islands.
+    #[serde(default = "one_island")]
+    pub islands: u32,
     /// Error at which the search ends early: E_log on the validation samples; null if not given.
     pub target_error: Option<f64>,
     /// Individuals that the search starts from.
     pub start: Vec<IndividualId>,
+}
+
+/// Searches of earlier versions have one.
+fn one_island() -> u32 {
+    1
+}
+
+/// Island of a search.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, utoipa::ToSchema)]
+pub struct IslandAnswer {
+    /// Number of the island, from 0.
+    pub island: u32,
+    /// State of the island. `succeeded`: its budget is used up, or the target error is reached.
+    pub state: SearchState,
+    /// Number of generations so far.
+    pub generation: u32,
+    /// Number of evaluated candidates so far.
+    pub evaluations: u64,
+    /// E_log of its best candidate on the samples it is fitted to.
+    pub fitted: Option<f64>,
+    /// E_log of its best candidate on the validation samples.
+    pub held: Option<f64>,
+    /// Search time in seconds, without waiting for other islands.
+    pub seconds: f64,
 }
 
 /// Search.
@@ -205,9 +247,9 @@ pub struct SearchAnswer {
     pub options: SearchOptions,
     /// Share of the budget that is used up, 0 to 1.
     pub progress: f64,
-    /// Number of generations so far.
+    /// Number of generations so far; of several islands, the least.
     pub generation: u32,
-    /// Number of evaluated candidates so far.
+    /// Number of evaluated candidates so far, on all islands.
     pub evaluations: u64,
     /// E_log of the best candidate on the samples it is fitted to.
     pub fitted: Option<f64>,
@@ -216,8 +258,10 @@ pub struct SearchAnswer {
     pub held: Option<f64>,
     /// Best material that has been added to the lineage.
     pub best: Option<FoundMaterial>,
-    /// Search time in seconds, without pauses and restarts.
+    /// Search time in seconds, without pauses and restarts; of several islands, the longest.
     pub seconds: f64,
+    /// Progress of each of several islands; empty for a single one.
+    pub each_island: Vec<IslandAnswer>,
     /// Hash of the search state at the last checkpoint, which a worker reports about every ten
     /// seconds and at the end. It depends on the samples, the options and the generation
     /// alone, so it is unchanged by pauses and restarts.

@@ -44,13 +44,19 @@ pub struct SearchGrant {
     pub objective: String,
     /// Seed of the search.
     pub seed: u64,
+    /// Number of islands of the search.
+    pub islands: u32,
+    /// Number of this island, from 0.
+    pub island: u32,
+    /// What has come of the island before, to be added to the search at the checkpoint.
+    pub arrival: Option<Arrival>,
     /// True if the material is fitted as mirror symmetric.
     pub is_mirrored: bool,
     /// Canonical bytes of the genomes to start from.
     pub start: Vec<Vec<u8>>,
     /// Number of threads; `None` for all threads of the worker.
     pub threads: Option<u32>,
-    /// Budget.
+    /// Budget of this island.
     pub budget: Budget,
     /// Error at which the search ends early, on the validation samples.
     pub target_error: Option<f64>,
@@ -137,13 +143,18 @@ pub enum SearchUpdate {
         checkpoint: Option<Vec<u8>>,
         /// Best material, if it is notably better than the recorded one.
         best: Option<MeasuredMaterial>,
+        /// Canonical bytes of programs for the next island, if the last generation is one after
+        /// which they migrate; with a checkpoint.
+        emigrants: Option<Vec<Vec<u8>>>,
     },
-    /// The search is complete.
+    /// The search is complete, or one of its islands.
     Finished {
         /// Front of the search, the best first.
         front: Vec<MeasuredMaterial>,
         /// Total search time, in seconds.
         seconds: f64,
+        /// True if the target error is reached.
+        is_reached: bool,
     },
     /// Permanent failure: the search must not be retried.
     Failed(String),
@@ -178,11 +189,25 @@ pub struct CalibratedView {
     pub corrections: Vec<SceneCorrection>,
 }
 
+/// What has come of the island before.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Arrival {
+    /// Canonical bytes of programs of the same generation.
+    Migrants(Vec<Vec<u8>>),
+    /// The island has ended before that generation.
+    Ended {
+        /// True if it has reached the target error, so that the other islands end too.
+        is_reached: bool,
+    },
+}
+
 /// Answer of the server to a report.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Directive {
     /// Continue the search.
     Continue,
+    /// Continue with this, after a report with emigrants.
+    Take(Arrival),
     /// Report a checkpoint: the search was paused, or another one has waited for a full time slice.
     Yield,
     /// Stop: the search has ended, was paused, or another one has waited for a full time slice.

@@ -8,6 +8,7 @@
 //! together. Where pictures show f, that model is about right, so its values hardly matter there.
 
 use brood_brdf::DirectionPair;
+use brood_genome::Genome;
 use brood_program::Program;
 use brood_target::{Samples, draw_pairs, narrow_pairs};
 use serde::{Deserialize, Serialize};
@@ -125,6 +126,16 @@ impl Method for Guided {
 
     fn next_step_cost(&self) -> f64 {
         self.current().next_step_cost()
+    }
+
+    fn emigrants(&self) -> Vec<Genome> {
+        self.current().emigrants()
+    }
+
+    fn immigrate(&mut self, genomes: &[Genome]) {
+        if let Some(method) = &mut self.method {
+            method.immigrate(genomes);
+        }
     }
 
     fn save(&self) -> Vec<u8> {

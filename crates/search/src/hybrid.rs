@@ -167,6 +167,16 @@ impl Method for Hybrid {
         self.gp.as_ref().is_some_and(|stage| stage.lobes_front.is_some())
     }
 
+    fn emigrants(&self) -> Vec<Genome> {
+        self.gp.as_ref().map_or_else(Vec::new, |stage| stage.gp.emigrants())
+    }
+
+    fn immigrate(&mut self, genomes: &[Genome]) {
+        if let Some(stage) = &mut self.gp {
+            stage.gp.immigrate(genomes);
+        }
+    }
+
     fn save(&self) -> Vec<u8> {
         let state =
             State { lobes: self.lobes.save(), gp: self.gp.as_ref().map(|stage| stage.gp.save()) };

@@ -165,6 +165,15 @@ pub(crate) trait Method: Send {
         1.0
     }
 
+    /// Genomes that other islands of the search can add; none before the first program, and for
+    /// strategies without a population of programs.
+    fn emigrants(&self) -> Vec<Genome> {
+        Vec::new()
+    }
+
+    /// Adds genomes of another island; does nothing where [`Method::emigrants`] returns none.
+    fn immigrate(&mut self, _genomes: &[Genome]) {}
+
     /// State that the next generations depend on besides samples and options.
     fn save(&self) -> Vec<u8>;
 

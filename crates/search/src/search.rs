@@ -237,6 +237,20 @@ impl Search {
         self.method.next_step_cost()
     }
 
+    /// Genomes for [`Search::immigrate`] of the next island.
+    #[must_use]
+    pub fn emigrants(&self) -> Vec<Genome> {
+        self.method.emigrants()
+    }
+
+    /// Adds genomes of the previous island. Does nothing before the first program.
+    pub fn immigrate(&mut self, genomes: &[Genome]) {
+        self.method.immigrate(genomes);
+        if let Some(reported) = &mut self.reported {
+            reported.offer(&*self.method, &mut self.kept);
+        }
+    }
+
     /// State for [`Search::resume`]. Searches in the same state have the same bytes.
     #[must_use]
     pub fn checkpoint(&self) -> Vec<u8> {

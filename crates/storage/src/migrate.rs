@@ -20,7 +20,7 @@ use crate::write::operation;
 /// by `>` and filled at the end. The letter is the type: Bytes, Flag, Integer, Real, Text. Only
 /// PostgreSQL has `export_blob`: files of exports are not copied, and the first download of an
 /// export has them made again.
-const TABLES: [(&str, i64, &str); 20] = [
+const TABLES: [(&str, i64, &str); 21] = [
     (
         "genome",
         512,
@@ -71,8 +71,10 @@ const TABLES: [(&str, i64, &str); 20] = [
         "*id:B target_id:B target_kind:T target_hash:B lineage_id:B state:T epoch:I turn:I deaths:I \
          worker:T lease_until_ms:I reason:T generation:I evaluations:I seconds:R fitted:R held:R recorded:R \
          population:B created_ms:I started_ms:I ended_ms:I options_json:T best_json:T front_json:T \
-         spread_json:T darkest_png:B brightest_png:B start:B",
+         spread_json:T darkest_png:B brightest_png:B start:B parent_id:B island:I previous_id:B \
+         awaits:I found:B",
     ),
+    ("migrant", 64, "*search_id:B *generation:I genomes:B"),
     ("search_checkpoint", 4, "*search_id:B generation:I bytes:B"),
     (
         "search_log",

@@ -23,8 +23,10 @@ use crate::{Idempotency, StorageError, Store, idempotency};
 /// Search to be stored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NewSearch {
-    /// Id of the search.
+    /// Id of the search, and of its first island.
     pub id: JobId,
+    /// Ids of the other islands, in their order; each after that of the search.
+    pub islands: Vec<JobId>,
     /// Id of the target.
     pub target: TargetId,
     /// Lineage to which found materials are added.
@@ -41,6 +43,19 @@ pub struct NewSearch {
     pub idempotency: Option<Idempotency>,
 }
 
+/// End of a search.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SearchEnd {
+    /// Final state.
+    pub state: SearchState,
+    /// Reason of a failure.
+    pub reason: Option<String>,
+    /// Materials of the front.
+    pub front: Vec<FoundMaterial>,
+    /// Time of the end, in milliseconds since 1970-01-01 UTC.
+    pub ended_ms: i64,
+}
+
 /// Picture of the materials that match a search's target about as well as the best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extreme {
@@ -51,11 +66,17 @@ pub enum Extreme {
 }
 
 record! {
-    /// Search without its checkpoint.
+    /// Search, or one of several islands of it, without its checkpoint.
     #[derive(Debug, Clone, PartialEq)]
     pub struct StoredSearch {
-        /// Id of the search.
+        /// Id of the search, or of the island.
         pub id: JobId,
+        /// Id of the search, if this is another island than its first.
+        pub parent: Option<JobId> = "parent_id",
+        /// Number of the island, from 0.
+        pub island: u32,
+        /// True if this island has ended, and others have not.
+        pub is_over: bool = "found IS NOT NULL",
         /// Id of the target.
         pub target: TargetId = "target_id",
         /// Lineage to which found materials are added.
@@ -82,6 +103,8 @@ record! {
         /// E_log of the best candidate on the validation samples: not fitted, but used to select
         /// it.
         pub held: Option<f64>,
+        /// Validation error of the best material that is an individual.
+        pub recorded: Option<f64>,
         /// Hash of the checkpoint.
         pub population: Option<[u8; 32]>,
         /// Options of the search.
@@ -94,6 +117,20 @@ record! {
         pub started_ms: Option<i64>,
         /// Time of the end, in milliseconds since 1970-01-01 UTC.
         pub ended_ms: Option<i64>,
+    }
+}
+
+impl StoredSearch {
+    /// Id of the search of which this is an island.
+    #[must_use]
+    pub fn search_id(&self) -> JobId {
+        self.parent.unwrap_or(self.id)
+    }
+
+    /// Id of the search, if it has several islands.
+    #[must_use]
+    pub fn archipelago(&self) -> Option<JobId> {
+        (self.options.islands > 1).then(|| self.search_id())
     }
 }
 
@@ -145,7 +182,22 @@ impl Store {
         self.write(operation!(|conn| insert(conn, new, max_queued).await)).await
     }
 
-    /// Returns a search.
+    /// Returns the islands of a search, in their order: mostly one, the search itself.
+    ///
+    /// # Errors
+    /// Returns [`StorageError::NotFound`] if the search does not exist.
+    pub async fn islands(&self, search: JobId) -> Result<Vec<StoredSearch>> {
+        let query = select::<StoredSearch>(
+            "FROM search WHERE id = ?1 AND parent_id IS NULL OR parent_id = ?1 ORDER BY island",
+        );
+        let rows = query.bind(search.key()).fetch_all(&mut self.reader().await?).await?;
+        if rows.is_empty() {
+            return Err(StorageError::NotFound);
+        }
+        rows.iter().map(StoredSearch::read).collect()
+    }
+
+    /// Returns a search, or one of several islands of it.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
@@ -153,7 +205,7 @@ impl Store {
         fetch(&mut self.reader().await?, id).await
     }
 
-    /// Lists up to `limit` searches, the newest first. If given, `before` restricts the list to
+    /// Lists up to `limit` searches, the newest first, with the row of the first island of each. If given, `before` restricts the list to
     /// searches older than it, and `lineage` to searches of that lineage.
     ///
     /// # Errors
@@ -166,15 +218,16 @@ impl Store {
     ) -> Result<Vec<StoredSearch>> {
         let query = select::<StoredSearch>(
             "FROM search
-             WHERE (?1 IS NULL OR id < ?1) AND (?2 IS NULL OR lineage_id = ?2)
+             WHERE parent_id IS NULL AND (?1 IS NULL OR id < ?1)
+                 AND (?2 IS NULL OR lineage_id = ?2)
              ORDER BY id DESC LIMIT ?3",
         );
         let query = query.bind(optional_key(before)).bind(optional_key(lineage)).bind(limit);
         query.fetch_all(&mut self.reader().await?).await?.iter().map(StoredSearch::read).collect()
     }
 
-    /// Pauses, resumes or cancels a search. Stores the idempotency record of the request. Returns
-    /// the changed search. The inner error is the current state if it does not allow the change.
+    /// Pauses, resumes or cancels a search with all of its islands. Stores the idempotency record
+    /// of the request. Returns the changed row of the first island. The inner error is the current state if it does not allow the change.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist, [`StorageError::Conflict`]
@@ -187,7 +240,9 @@ impl Store {
         now_ms: i64,
     ) -> Result<Result<StoredSearch, SearchState>> {
         self.write(operation!(|conn| {
-            let present = select::<StoredSearch>("FROM search WHERE id = ? /*pg: FOR UPDATE*/");
+            let present = select::<StoredSearch>(
+                "FROM search WHERE id = ? AND parent_id IS NULL /*pg: FOR UPDATE*/",
+            );
             let present = StoredSearch::read(&present.bind(id.key()).fetch_one(conn).await?)?;
             let (to, from) = change.transition();
             if !from.contains(&present.state) {
@@ -196,7 +251,7 @@ impl Store {
             let sql = format!(
                 "UPDATE search SET state = ?1, epoch = epoch + 1, worker = NULL,
                      lease_until_ms = NULL, deaths = 0, ended_ms = ?2, turn = {NEXT_TURN}
-                 WHERE id = ?3"
+                 WHERE id = ?3 OR parent_id = ?3"
             );
             query(sql)
                 .bind(to.name())
@@ -287,7 +342,9 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn search_counts(&self) -> Result<BTreeMap<&'static str, u64>> {
         let states = SearchState::ALL.into_iter().map(SearchState::name);
-        self.state_counts("SELECT state, count(*) AS jobs FROM search GROUP BY state", states).await
+        let sql =
+            "SELECT state, count(*) AS jobs FROM search WHERE parent_id IS NULL GROUP BY state";
+        self.state_counts(sql, states).await
     }
 
     /// Counts the jobs in each of some states by a query of `state` and `jobs`.
@@ -310,7 +367,8 @@ impl Store {
 /// Inserts a search, with its lineage and idempotency record if they are given.
 async fn insert(conn: &mut Conn, new: NewSearch, max_queued: u32) -> Result<()> {
     idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
-    let waiting = query("SELECT count(*) FROM search WHERE state = 'queued'");
+    let waiting = "SELECT count(*) FROM search WHERE state = 'queued' AND parent_id IS NULL";
+    let waiting = query(waiting);
     let waiting: u32 = waiting.fetch_value(conn).await?;
     if waiting >= max_queued {
         return Err(StorageError::QueueFull);
@@ -321,20 +379,30 @@ async fn insert(conn: &mut Conn, new: NewSearch, max_queued: u32) -> Result<()> 
     let options = serde_json::to_string(&new.options).expect("options are plain data");
     let sql = format!(
         "INSERT INTO search (id, target_id, target_kind, target_hash, lineage_id, state, epoch,
-             turn, deaths, generation, evaluations, seconds, created_ms, options_json, start)
-         SELECT ?1, id, kind, file_hash, ?2, 'queued', 0, {NEXT_TURN}, 0, 0, 0, 0.0, ?3, ?4, ?5
+             turn, deaths, generation, evaluations, seconds, created_ms, options_json, start,
+             parent_id, island, previous_id)
+         SELECT ?1, id, kind, file_hash, ?2, 'queued', 0, {NEXT_TURN}, 0, 0, 0, 0.0, ?3, ?4, ?5,
+             ?7, ?8, ?9
          FROM target WHERE id = ?6 /*pg: FOR KEY SHARE*/"
     );
-    let done = query(sql)
-        .bind(new.id.key())
-        .bind(new.lineage.key())
-        .bind(new.created_ms)
-        .bind(options)
-        .bind(new.start)
-        .bind(new.target.key())
-        .execute(conn)
-        .await?;
-    changed(done, StorageError::NotFound)
+    let ids: Vec<JobId> = std::iter::once(new.id).chain(new.islands).collect();
+    for (island, id) in (0_u32..).zip(&ids) {
+        let previous = ids[(island as usize + ids.len() - 1) % ids.len()];
+        let done = query(sql.clone())
+            .bind(id.key())
+            .bind(new.lineage.key())
+            .bind(new.created_ms)
+            .bind(options.as_str())
+            .bind(new.start.as_slice())
+            .bind(new.target.key())
+            .bind(optional_key((island > 0).then_some(new.id)))
+            .bind(island)
+            .bind(optional_key((ids.len() > 1).then_some(previous)))
+            .execute(conn)
+            .await?;
+        changed(done, StorageError::NotFound)?;
+    }
+    Ok(())
 }
 
 /// Reads the search with this id.

@@ -15,9 +15,10 @@ use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, Search
 use crate::clock::steady_ms;
 use crate::column::{Key, optional_key};
 use crate::error::{LEASE_ENDED, Result, changed};
+use crate::island::{self, CLAIMABLE, StoredArrival};
 use crate::lease::{EndedLease, LeasedTable, LostLeases};
 use crate::row::{Record, insert_rows, record, returning, signed, values};
-use crate::search::{self, NEXT_TURN, StoredSearch};
+use crate::search::{self, NEXT_TURN, SearchEnd, StoredSearch};
 use crate::sql::{Conn, query};
 use crate::write::operation;
 use crate::{Store, lease};
@@ -26,10 +27,12 @@ record! {
     /// Search that has just been leased.
     #[derive(Debug, Clone, PartialEq)]
     pub struct ClaimedSearch {
-        /// Id of the search.
+        /// Id of the search, or of the island.
         pub id: JobId,
         /// Epoch of this lease. Every other change of the search increments it.
         pub epoch: u64,
+        /// Number of the island, from 0.
+        pub island: u32,
         /// Kind of the target's file.
         pub target_kind: String,
         /// Content hash of the target's file.
@@ -40,13 +43,18 @@ record! {
         pub generation: u32,
         /// Search time up to the checkpoint, in seconds.
         pub seconds: f64,
-        /// Validation error of the best material that is already an individual.
+        /// Validation error of the best material, of any island, that is already an individual.
         pub recorded: Option<f64>,
+        parent: Option<JobId> = "parent_id",
+        /// Generation of the checkpoint, if migrants are to be added to it.
+        awaits: Option<u32>,
         /// Genomes to start from, in the caller's format.
         pub start: Vec<u8>,
     } and {
         /// Checkpoint to resume from.
         pub checkpoint: Option<Vec<u8>>,
+        /// What the island before sent, if it is to be added to the checkpoint.
+        pub arrival: Option<StoredArrival>,
     }
 }
 
@@ -65,6 +73,11 @@ pub struct SearchStep {
     pub lines: Vec<GenerationLine>,
     /// Checkpoint after them, if there is one, and its hash.
     pub checkpoint: Option<(Vec<u8>, [u8; 32])>,
+    /// The search, if it has several islands.
+    pub archipelago: Option<JobId>,
+    /// Programs for the next island, in the caller's format, with a checkpoint. The next lease
+    /// begins when those of the island before are there.
+    pub emigrants: Option<Vec<u8>>,
     /// Best material, if it becomes an individual with this step.
     pub best: Option<FoundMaterial>,
     /// Genome hash of the best individual before this step.
@@ -75,21 +88,8 @@ pub struct SearchStep {
     pub yields: bool,
     /// Time to live of the lease after this step, if the search keeps it.
     pub ttl: Duration,
-    /// End of the search, if it ends with this step.
+    /// End of the search, with all of its islands, if it ends with this step.
     pub end: Option<SearchEnd>,
-}
-
-/// End of a search.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SearchEnd {
-    /// Final state.
-    pub state: SearchState,
-    /// Reason of a failure.
-    pub reason: Option<String>,
-    /// Materials of the front.
-    pub front: Vec<FoundMaterial>,
-    /// Time of the end, in milliseconds since 1970-01-01 UTC.
-    pub ended_ms: i64,
 }
 
 /// Stores the checkpoint of a search.
@@ -123,8 +123,8 @@ impl Store {
         let sql = format!(
             "UPDATE search SET state = 'running', epoch = epoch + 1, worker = ?2,
                  started_ms = coalesce(started_ms, ?3), lease_until_ms = {} + ?4
-             WHERE id = (SELECT id FROM search WHERE state = 'queued' ORDER BY turn, id LIMIT 1
-                 /*pg: FOR UPDATE SKIP LOCKED*/)",
+             WHERE id = (SELECT id FROM search WHERE state = 'queued' AND {CLAIMABLE}
+                 ORDER BY turn, id LIMIT 1 /*pg: FOR UPDATE SKIP LOCKED*/)",
             lease::now(1)
         );
         let worker = worker.to_owned();
@@ -134,6 +134,14 @@ impl Store {
             let Some(row) = claim.fetch_optional(conn).await? else { return Ok(None) };
             let mut claimed = ClaimedSearch::read(&row)?;
             resume(conn, &mut claimed).await?;
+            if claimed.options.islands > 1 {
+                let search = claimed.parent.unwrap_or(claimed.id);
+                let least = "SELECT min(recorded) FROM search WHERE id = ?1 OR parent_id = ?1";
+                claimed.recorded = query(least).bind(search.key()).fetch_value(conn).await?;
+            }
+            if let Some(generation) = claimed.awaits {
+                claimed.arrival = island::arrival(conn, claimed.id, generation).await?;
+            }
             Ok(Some(claimed))
         }))
         .await
@@ -147,12 +155,13 @@ impl Store {
         lease::renew(self, LeasedTable::Search, (id, epoch), ttl).await
     }
 
-    /// True if a search is queued.
+    /// True if a search is queued that can be leased.
     ///
     /// # Errors
     /// Returns a `StorageError` if the read fails.
     pub async fn any_search_queued(&self) -> Result<bool> {
-        let sql = "SELECT EXISTS (SELECT 1 FROM search WHERE state = 'queued')";
+        let sql =
+            format!("SELECT EXISTS (SELECT 1 FROM search WHERE state = 'queued' AND {CLAIMABLE})");
         query(sql).fetch_value(&mut self.reader().await?).await
     }
 
@@ -182,7 +191,7 @@ impl Store {
     ) -> Result<StoredSearch> {
         self.write_relaxed(operation!(|conn| {
             lease::release(conn, LeasedTable::Search, (id, epoch), worker_died, now_ms).await?;
-            search::fetch(conn, id).await
+            released(conn, id, now_ms).await
         }))
         .await
     }
@@ -206,7 +215,7 @@ impl Store {
             let mut ended = Vec::new();
             let lost = (&lost, death);
             for lease in lease::end_lost(conn, LeasedTable::Search, lost, now_ms).await? {
-                let search = search::fetch(conn, lease.id).await?;
+                let search = released(conn, lease.id, now_ms).await?;
                 ended.push((lease, search));
             }
             Ok(ended)
@@ -238,6 +247,23 @@ async fn resume(conn: &mut Conn, claimed: &mut ClaimedSearch) -> Result<()> {
     Ok(())
 }
 
+/// Reads a search whose lease has ended. If an island has failed, the others fail too.
+async fn released(conn: &mut Conn, id: JobId, now_ms: i64) -> Result<StoredSearch> {
+    let released = search::fetch(conn, id).await?;
+    if released.state == SearchState::Failed
+        && let Some(search) = released.archipelago()
+    {
+        let end = SearchEnd {
+            state: released.state,
+            reason: released.reason.clone(),
+            front: Vec::new(),
+            ended_ms: now_ms,
+        };
+        island::end_others(conn, search, id, &end).await?;
+    }
+    Ok(released)
+}
+
 async fn step_and_fetch(conn: &mut Conn, step: SearchStep) -> Result<StoredSearch> {
     apply(conn, &step).await?;
     search::fetch(conn, step.id).await
@@ -246,6 +272,9 @@ async fn step_and_fetch(conn: &mut Conn, step: SearchStep) -> Result<StoredSearc
 /// Stores a step and its log lines. The epoch is incremented unless the search keeps its lease.
 /// `recorded` becomes the validation error of the last line if the step records an individual.
 pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
+    if let (Some(search), Some(_)) = (step.archipelago, &step.end) {
+        island::lock_all(conn, search).await?;
+    }
     let before = if step.is_paused { SearchState::Paused } else { SearchState::Running };
     let state = match (&step.end, step.yields) {
         (Some(end), _) => end.state,
@@ -269,6 +298,7 @@ pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
              recorded = CASE WHEN ?9 IS NULL THEN recorded ELSE coalesce(?8, recorded) END,
              best_json = coalesce(?9, best_json),
              population = coalesce(?10, population),
+             awaits = CASE WHEN ?10 IS NULL THEN awaits ELSE ?21 END,
              reason = ?11, front_json = ?12, ended_ms = ?13,
              lease_until_ms = CASE WHEN ?2 THEN {} + ?17 END
          WHERE id = ?14 AND epoch = ?15 AND state = ?19 AND generation = ?20",
@@ -295,9 +325,19 @@ pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
         .bind(keeps_epoch)
         .bind(before.name())
         .bind(step.from)
+        .bind(last.filter(|_| step.emigrants.is_some()).map(|line| line.generation))
         .execute(conn)
         .await?;
     changed(done, LEASE_ENDED)?;
+    if let (Some(search), Some(end)) = (step.archipelago, &step.end) {
+        island::end_others(conn, search, step.id, end).await?;
+    }
+    if let (Some(genomes), Some(last)) = (&step.emigrants, last) {
+        let send = "INSERT INTO migrant (search_id, generation, genomes) VALUES (?, ?, ?)
+            ON CONFLICT (search_id, generation) DO NOTHING";
+        let send = query(send).bind(step.id.key()).bind(last.generation);
+        send.bind(genomes.as_slice()).execute(conn).await?;
+    }
     if let Some((bytes, _)) = &step.checkpoint {
         let generation = last.map_or(step.from, |line| line.generation);
         let save = query(SAVE).bind(step.id.key()).bind(generation).bind(bytes.as_slice());

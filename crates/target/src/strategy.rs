@@ -97,6 +97,15 @@ impl Strategy {
     }
 }
 
+impl Strategy {
+    /// True if searches of this strategy can be spread over islands: they have a population of
+    /// programs, whose best can migrate.
+    #[must_use]
+    pub fn has_islands(self) -> bool {
+        matches!(self, Self::Gp | Self::Hybrid)
+    }
+}
+
 impl FromStr for Objective {
     type Err = UnknownObjective;
 

@@ -39,6 +39,7 @@ from .scene import Asset, Mesh, MeshWarning, Scene
 from .search import (
     FoundMaterial,
     FoundView,
+    Island,
     MaterialSpread,
     NextScene,
     Search,
@@ -69,6 +70,7 @@ __all__ = [
     "Generation",
     "Individual",
     "Invalid",
+    "Island",
     "Lineage",
     "MaterialSpread",
     "Mesh",

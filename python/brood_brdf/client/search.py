@@ -23,6 +23,7 @@ from .retry import Pause, Steps
 __all__ = [
     "FoundMaterial",
     "FoundView",
+    "Island",
     "MaterialSpread",
     "NextScene",
     "Search",
@@ -43,6 +44,7 @@ def start_search(
     objective: str | None = None,
     seed: int | None = None,
     threads: int | None = None,
+    islands: int | None = None,
     target_error: float | None = None,
     lineage: Ref | None = None,
     start: Iterable[Ref] | None = None,
@@ -62,6 +64,8 @@ def start_search(
             differences of dark values added; `e_log` is E_log alone.
         seed: Seed, 0 to 2^64 - 1; by default 1.
         threads: Number of threads, 1 to 256; by default all of the worker.
+        islands: Number of islands, 1 to 64, for `gp` and `hybrid`: searches with different seeds
+            on as many workers, which take over each other's best programs; by default 1.
         target_error: E_log on the validation samples at which the search ends early.
         lineage: Lineage of the results; by default a new one.
         start: At most 64 individuals to start from.
@@ -78,6 +82,7 @@ def start_search(
         objective=objective,
         seed=seed,
         threads=threads,
+        islands=islands,
         target_error=target_error,
         lineage=None if lineage is None else id_of(lineage),
         start=None if start is None else [id_of(one) for one in start],
@@ -175,19 +180,20 @@ def brightest(search: Ref) -> Call[bytes]:
     return Call("GET", path_of("jobs", id_of(search), "brightest.png"), read_bytes)
 
 
-def search_log(search: Ref, after: int = 0) -> Call[tuple[SearchLine, ...]]:
+def search_log(search: Ref, after: int = 0, island: int = 0) -> Call[tuple[SearchLine, ...]]:
     """Returns one line per generation so far.
 
     Args:
         search: The search.
         after: Skip the generations up to and including this one.
+        island: Number of the island, from 0.
     """
 
     def read(answer: httpx.Response, client: Sender | None) -> tuple[SearchLine, ...]:
         lines = answer.content.split(b"\n")
         return tuple(SearchLine.of(json.loads(line), client) for line in lines if line)
 
-    return Call("GET", path_of("jobs", id_of(search), "log"), read, query={"after": after})
+    return Call("GET", path_of("jobs", id_of(search), "log"), read, query={"after": after, "island": island})
 
 
 def search_events(search: Ref) -> Watch:
@@ -326,6 +332,29 @@ class FoundMaterial(Record):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Island(Record):
+    """One of several islands of a search.
+
+    Attributes:
+        island: Number of the island, from 0.
+        state: State of the island; `succeeded` if its budget is used up or the target error reached.
+        generation: Number of generations so far.
+        evaluations: Number of evaluated candidates so far.
+        seconds: Search time in seconds, without waiting for other islands.
+        fitted: E_log of its best candidate on the samples it is fitted to.
+        held: E_log of its best candidate on the validation samples.
+    """
+
+    island: int
+    state: str
+    generation: int
+    evaluations: int
+    seconds: float
+    fitted: float | None = None
+    held: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Search(Record):
     """Search for a material that matches a target.
 
@@ -336,9 +365,11 @@ class Search(Record):
         lineage: Id of the lineage of the results.
         state: `queued`, `running`, `paused`, `succeeded`, `failed` or `cancelled`.
         progress: Share of the budget that is used up, 0 to 1.
-        generation: Number of generations so far.
-        evaluations: Number of evaluated candidates so far.
-        seconds: Search time in seconds, without pauses.
+        generation: Number of generations so far; of several islands, the least.
+        evaluations: Number of evaluated candidates so far, on all islands.
+        seconds: Search time in seconds, without pauses; of several islands, the longest.
+        islands: Number of islands.
+        each_island: Progress of each of several islands; empty for a single one.
         budget: One of `seconds`, `generations` and `evaluations`.
         strategy: `lobes`, `analytic`, `gp` or `hybrid`.
         seed: Seed of the search.
@@ -357,7 +388,7 @@ class Search(Record):
         threads: Number of threads; None for all of the worker.
     """
 
-    nested: ClassVar[Mapping[str, type[Record]]] = {"best": FoundMaterial}
+    nested: ClassVar[Mapping[str, type[Record]]] = {"best": FoundMaterial, "each_island": Island}
 
     id: str
     name: str
@@ -368,6 +399,8 @@ class Search(Record):
     generation: int
     evaluations: int
     seconds: float
+    islands: int = field(repr=False)
+    each_island: tuple[Island, ...] = field(repr=False)
     budget: Mapping[str, float] = field(hash=False)
     strategy: str
     seed: int

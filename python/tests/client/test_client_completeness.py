@@ -50,6 +50,7 @@ SCHEMAS = {
     "FoundView": "FoundView",
     "Generation": "Generation",
     "Individual": "IndividualDetail",
+    "Island": "IslandAnswer",
     "Lineage": "ListedLineage",
     "MaterialSpread": "MaterialSpread",
     "Mesh": "MeshAnswer",

@@ -52,7 +52,7 @@ pub async fn stream_job_events(
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     if app.deferred.job(id).is_none()
-        && matches!(app.store.search(id).await, Err(StorageError::NotFound))
+        && matches!(app.store.islands(id).await, Err(StorageError::NotFound))
     {
         app.store.export(id).await?;
     }

@@ -21,9 +21,9 @@ pub async fn get(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<A
     if let Some(answer) = app.deferred.job(id) {
         return Ok(Json(AnyJob::Answer(Box::new(answer))));
     }
-    match app.store.search(id).await {
-        Ok(search) => {
-            let answer = super::search::present(&app, search).await?;
+    match app.store.islands(id).await {
+        Ok(islands) => {
+            let answer = super::search::present(&app, islands).await?;
             Ok(Json(AnyJob::Search(Box::new(answer))))
         }
         Err(StorageError::NotFound) => {

@@ -21,7 +21,7 @@ use super::file::{FileHead, IMMUTABLE};
 use crate::access::Need;
 use crate::client::Client;
 use crate::clock::now_ms;
-use crate::dispatch::{export_json, search_json};
+use crate::dispatch::{export_json, search_json, whole_search};
 use crate::extract::{Json as JsonBody, PageQuery, Path, Query, page};
 use crate::idempotency::{Attempt, BodyHash, IdempotencyKey};
 use crate::layer::token;
@@ -59,7 +59,7 @@ pub async fn create(
             }
             other => other.into(),
         })?;
-        app.searches.publish_state(&app.store.search(id).await?);
+        app.searches.publish_state(&app.store.search(id).await?).await;
         app.searches.wake();
         Ok(accepted(&answer))
     };
@@ -93,7 +93,7 @@ pub async fn list(
     let Page { items, next } = page(stored, limit, |last| last.id.to_string(), |one| one);
     let mut answers = Vec::with_capacity(items.len());
     for search in items {
-        answers.push(present(&app, search).await?);
+        answers.push(present(&app, app.searches.islands(search).await?).await?);
     }
     Ok(Json(Page { items: answers, next }))
 }
@@ -168,12 +168,12 @@ async fn change(
         let search = app.store.change_search(id, change, record, now_ms()).await?;
         let search = search.map_err(|state| wrong_state(change, state))?;
         app.searches.wake();
-        app.searches.publish_state(&search);
-        Ok(Json(present(app, search).await?).into_response())
+        app.searches.publish_state(&search).await;
+        Ok(Json(present(app, app.searches.islands(search).await?).await?).into_response())
     };
     let replay = async |_| {
-        let search = app.store.search(id).await?;
-        Ok(Json(present(app, search).await?).into_response())
+        let islands = app.store.islands(id).await?;
+        Ok(Json(present(app, islands).await?).into_response())
     };
     app.ledger.once(&app.store, (key, BodyHash::of(b"")), make, replay).await
 }
@@ -203,7 +203,7 @@ fn wrong_state(change: SearchChange, state: SearchState) -> ApiError {
     params(("id" = JobId, Path)),
     responses((status = 200, description = "results, best first", body = Front)))]
 pub async fn front(State(app): State<App>, Path(id): Path<JobId>) -> Result<Json<Front>, ApiError> {
-    let search = app.store.search(id).await?;
+    let search = whole_search(app.store.islands(id).await?);
     let mut items = app.store.search_front(id).await?;
     if items.is_empty() {
         items.extend(search.best);
@@ -274,9 +274,13 @@ pub struct LogQuery {
     #[serde(default)]
     #[param(value_type = u64, maximum = 4_294_967_295_u32)]
     after: u32,
+    /// Number of the island, from 0; default 0.
+    #[serde(default)]
+    #[param(value_type = u64, maximum = 63)]
+    island: u32,
 }
 
-/// Streams the log of a search: one line of JSON per generation.
+/// Streams the log of a search, or of one of its islands: one line of JSON per generation.
 #[utoipa::path(get, path = "/v1/jobs/{id}/log", operation_id = "get_search_log", tag = "jobs",
     params(("id" = JobId, Path), LogQuery),
     responses((status = 200, description = "lines of JSON, each a `SearchLine`", body = String,
@@ -286,7 +290,12 @@ pub async fn log(
     Path(id): Path<JobId>,
     Query(query): Query<LogQuery>,
 ) -> Result<Response, ApiError> {
-    app.store.search(id).await?;
+    let islands = app.store.islands(id).await?;
+    let island = islands.iter().find(|own| own.island == query.island).ok_or_else(|| {
+        let count = islands.len();
+        ApiError::not_found(format!("the search has no island {}, only {count}", query.island))
+    })?;
+    let id = island.id;
     let lines = stream! {
         let mut after = query.after;
         loop {
@@ -314,12 +323,15 @@ fn text(lines: &[SearchLine]) -> String {
     lines.iter().map(line).collect()
 }
 
-/// Returns a search's answer with the thumbnail of its best result.
+/// Returns the answer of a search, given by its islands, with the thumbnail of its best result.
 ///
 /// # Errors
 /// [`ApiError`] if the store fails.
-pub(super) async fn present(app: &App, search: StoredSearch) -> Result<SearchAnswer, ApiError> {
-    let mut answer = search_json(search);
+pub(super) async fn present(
+    app: &App,
+    islands: Vec<StoredSearch>,
+) -> Result<SearchAnswer, ApiError> {
+    let mut answer = search_json(islands);
     if let Some(best) = &mut answer.best {
         let mut presenter = Presenter::new(app);
         show(app, &mut presenter, best).await?;

@@ -31,6 +31,6 @@ pub use lease::{claim_lease, end_leases, try_end_leases};
 pub use pictures::PictureService;
 pub use render_queue::{JobState, RenderQueue};
 pub use request::{FrameId, PictureRequest, queue_for, render_work};
-pub use search::{Searches, search_json};
+pub use search::{Searches, search_json, whole_search};
 pub use table::LeaseTable;
 pub use workers::Workers;

@@ -2,26 +2,26 @@
 //!
 //! Searches have their own queue and workers, so that pictures never wait behind them.
 
+mod islands;
 mod publish;
+mod spread;
 #[cfg(test)]
 mod tests;
 
 use std::sync::Arc;
 use std::time::Duration;
 
-use brood_eval::picture_size;
 use brood_protocol::{
-    CalibratedView, CorrectedScene, Directive, FoundMaterial, Generation, GenerationLine,
-    MaterialSpread, MeasuredMaterial, ReportedSpread, SceneCorrection, SearchGrant, SearchReport,
-    SearchState, SearchTicket, SearchUpdate, WireError, decode_stored,
+    Directive, FoundMaterial, Generation, GenerationLine, MeasuredMaterial, SearchGrant,
+    SearchReport, SearchState, SearchTicket, SearchUpdate, WireError, decode_stored, encode,
 };
-use brood_scene::Scene;
 use brood_storage::{
     ClaimedSearch, EndedLease, LostLeases, SearchEnd, SearchStep, StorageError, Store, StoredSearch,
 };
 use brood_target::Objective;
 use http::StatusCode;
 
+use self::islands::IslandFront;
 use super::kind::{JobKind, Jobs, Lane, PendingGrant};
 use super::lease::{lease_ms, shortened, stale, stale_or};
 use super::pictures::PictureService;
@@ -34,18 +34,18 @@ use crate::metric::Metrics;
 use crate::problem::ApiError;
 use crate::server_timing::ServerTiming;
 
+pub use islands::whole_search;
 pub use publish::search_json;
 
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
-/// Largest side of the pictures of a spread.
-const SPREAD_PX: u32 = 512;
-/// Largest size of such a picture: twice its pixels, for PNGs that did not compress.
-const SPREAD_BYTES: usize = 2 * 4 * 512 * 512;
-/// First bytes of a PNG.
-const PNG_SIGNATURE: &[u8] = b"\x89PNG\r\n\x1a\n";
-/// Largest number of rows of the maps of a spread.
-const SPREAD_CELLS: u32 = 90;
+/// Generations that a worker reports.
+#[derive(Debug, Clone)]
+struct Generations {
+    lines: Vec<GenerationLine>,
+    checkpoint: Option<Vec<u8>>,
+    emigrants: Option<Vec<Vec<u8>>>,
+}
 
 /// Serves searches: their leases, reports and events. Also the kind of searches.
 pub struct Searches {
@@ -96,7 +96,7 @@ impl JobKind for Searches {
                 Ok(grant) => {
                     let pending = PendingGrant::new(self, ticket, grant);
                     let search = self.store.search(ticket.job).await?;
-                    self.publish_state(&search);
+                    self.publish_state(&search).await;
                     return Ok(Some(pending));
                 }
                 Err(error) => {
@@ -111,28 +111,29 @@ impl JobKind for Searches {
     async fn give_back(&self, ticket: &SearchTicket) -> Result<(), ApiError> {
         let SearchTicket { job, epoch } = *ticket;
         let released = self.store.release_search(job, epoch, false, now_ms()).await;
-        self.requeued(&released.map_err(stale_or)?);
+        self.requeued(&released.map_err(stale_or)?).await;
         Ok(())
     }
 
     async fn end_lost(&self, lost: LostLeases) -> Result<Vec<EndedLease>, ApiError> {
         let ended = self.store.end_search_leases(lost, now_ms()).await?;
-        let requeued = |(lease, search)| {
-            self.requeued(&search);
-            lease
-        };
-        Ok(ended.into_iter().map(requeued).collect())
+        let mut leases = Vec::new();
+        for (lease, search) in ended {
+            self.requeued(&search).await;
+            leases.push(lease);
+        }
+        Ok(leases)
     }
 }
 
 impl Searches {
     /// Publishes a search that was returned to its queue, or has failed instead.
-    fn requeued(&self, search: &StoredSearch) {
+    async fn requeued(&self, search: &StoredSearch) {
         if search.state == SearchState::Failed {
-            let job = search.id;
+            let job = search.search_id();
             tracing::error!(%job, "a search has failed: too many workers died while running it");
         }
-        self.publish_state(search);
+        self.publish_state(search).await;
         self.wake();
     }
 
@@ -188,9 +189,10 @@ impl Searches {
         let own = self.clone();
         let taken = self.jobs.tasks.spawn(async move {
             match update {
-                SearchUpdate::Generations { lines, checkpoint, best } => {
-                    let step = (lines.clone(), checkpoint.clone());
-                    let taken = own.take_generations(&search, held, step, best.clone()).await;
+                SearchUpdate::Generations { lines, checkpoint, best, emigrants } => {
+                    let done = Generations { lines, checkpoint, emigrants };
+                    let taken =
+                        own.take_generations(&search, held, done.clone(), best.clone()).await;
                     if !taken.as_ref().is_err_and(|error| error.status() == StatusCode::CONFLICT) {
                         return taken;
                     }
@@ -198,10 +200,11 @@ impl Searches {
                     if !is_paused(&now, &ticket) {
                         return taken;
                     }
-                    own.take_generations(&now, held, (lines, checkpoint), best).await
+                    own.take_generations(&now, held, done, best).await
                 }
-                SearchUpdate::Finished { front, seconds } => {
-                    own.take_front(&search, front, seconds).await
+                SearchUpdate::Finished { front, seconds, is_reached } => {
+                    let found = IslandFront { front, is_reached };
+                    own.take_front(&search, found, seconds).await
                 }
                 SearchUpdate::Failed(reason) => own.fail_search(&search, shortened(&reason)).await,
                 SearchUpdate::Calibrated(views) => own.take_scenes(&search, views).await,
@@ -213,85 +216,20 @@ impl Searches {
             Directive::Stop => self.wake(),
             // Other reports renew the lease with the step that they store.
             Directive::Continue if !is_step => self.renew(&ticket).await?,
-            Directive::Continue | Directive::Yield => {}
+            Directive::Continue | Directive::Take(_) | Directive::Yield => {}
         }
         Ok(directive)
-    }
-
-    /// Stores the corrected scenes of the target's images.
-    async fn take_scenes(
-        &self,
-        search: &StoredSearch,
-        views: Vec<CalibratedView>,
-    ) -> Result<Directive, ApiError> {
-        let target = match self.store.target(search.target).await {
-            Ok(target) => target,
-            Err(StorageError::NotFound) => return Ok(Directive::Continue),
-            Err(error) => return Err(error.into()),
-        };
-        if target.views.len() != views.len() {
-            return Err(ApiError::refused("a report must have a scene for each image"));
-        }
-        let read = |CalibratedView { scene, corrections }: CalibratedView| {
-            if corrections.is_empty() {
-                return Ok(None);
-            }
-            let scene: Scene = serde_json::from_str(&scene)
-                .map_err(|error| ApiError::refused(format!("a corrected scene: {error}")))?;
-            scene.validate()?;
-            let of = |one: &SceneCorrection| [one.value, one.stated_deviation, one.deviation];
-            if !corrections.iter().flat_map(of).all(f64::is_finite) {
-                return Err(ApiError::refused("corrections must be finite"));
-            }
-            Ok(Some(CorrectedScene { scene, corrections }))
-        };
-        let corrected = views.into_iter().map(read).collect::<Result<Vec<_>, ApiError>>()?;
-        self.store.correct_target(search.target, corrected).await?;
-        Ok(Directive::Continue)
-    }
-
-    /// Stores the spread of the materials that match the pictures of the target.
-    async fn take_spread(
-        &self,
-        search: &StoredSearch,
-        reported: &ReportedSpread,
-    ) -> Result<Directive, ApiError> {
-        let spread: MaterialSpread = serde_json::from_str(&reported.spread)
-            .map_err(|error| ApiError::refused(format!("a spread: {error}")))?;
-        let MaterialSpread { e_log, cells, seen, deviation, next, .. } = &spread;
-        let count = u64::from(*cells).pow(2);
-        if *cells > SPREAD_CELLS || [seen, deviation].iter().any(|map| map.len() as u64 != count) {
-            return Err(ApiError::refused("a spread must have maps of at most 90 x 90 cells"));
-        }
-        let numbers = seen.iter().chain(deviation).chain([e_log]);
-        if !numbers.chain(next.iter().map(|next| &next.e_log)).all(|number| number.is_finite()) {
-            return Err(ApiError::refused("a spread must have finite numbers"));
-        }
-        if let Some(next) = next {
-            next.scene.validate()?;
-        }
-        let pictures = [&reported.darkest, &reported.brightest].map(Vec::as_slice);
-        let is_small = |side: u32| (1..=SPREAD_PX).contains(&side);
-        for picture in pictures {
-            // Only a picture of these sides is sent to a browser.
-            let size = picture_size(picture).ok();
-            let is_small = size.is_some_and(|(width, height)| is_small(width) && is_small(height));
-            if !is_small || !picture.starts_with(PNG_SIGNATURE) || picture.len() > SPREAD_BYTES {
-                return Err(ApiError::refused("a spread must have PNGs of at most 512 x 512"));
-            }
-        }
-        self.store.set_search_spread(search.id, &spread, pictures).await?;
-        Ok(Directive::Continue)
     }
 
     async fn take_generations(
         &self,
         search: &StoredSearch,
         held: Duration,
-        (lines, checkpoint): (Vec<GenerationLine>, Option<Vec<u8>>),
+        Generations { lines, checkpoint, emigrants }: Generations,
         best: Option<MeasuredMaterial>,
     ) -> Result<Directive, ApiError> {
         let last = lines.last().copied();
+        let migrates = emigrants.is_some();
         let (is_paused, is_saved) = (search.state == SearchState::Paused, checkpoint.is_some());
         // Of a paused search only the missing checkpoint is wanted.
         let directive = match (is_paused, is_saved) {
@@ -300,8 +238,11 @@ impl Searches {
             (false, _) => Directive::Continue,
         };
         // The answer to a report was lost, and the worker repeats it.
-        if last.is_some_and(|last| last.generation <= search.generation) {
-            return Ok(directive);
+        if let Some(last) = last.filter(|last| last.generation <= search.generation) {
+            return match migrates && !is_paused {
+                true => self.directive_after_migration(search, last.generation).await,
+                false => Ok(directive),
+            };
         }
         let follows = lines.iter().map(|line| line.generation);
         if lines.len() > REPORT_LINES || !follows.eq((search.generation + 1..).take(lines.len())) {
@@ -317,24 +258,37 @@ impl Searches {
                 "a report with a material must have its generation and a checkpoint",
             ));
         }
+        if migrates && (lines.is_empty() || !is_saved || search.archipelago().is_none()) {
+            return Err(ApiError::refused(
+                "a report with emigrants must be one of an island, with a generation and a checkpoint",
+            ));
+        }
+        let best = self.notable(search, best, last).await?;
         let seconds = last.map_or(search.seconds, |line| line.seconds);
         let (generation, evaluations) = last
             .map_or((search.generation, search.evaluations), |line| {
                 (line.generation, line.evaluations)
             });
         // A search that has used its budget ends with its next report.
-        let used = search.options.budget.used_share(generation, evaluations, seconds);
+        let budget = search.options.budget.of_island(search.options.islands);
+        let used = budget.used_share(generation, evaluations, seconds);
         let is_due = !is_paused
             && held >= limit::SEARCH_SLICE
             && used < 1.0
             && self.store.any_search_queued().await?;
-        let yields = is_due && is_saved;
+        let arrival = match emigrants {
+            Some(_) => self.arrival(search, generation).await?,
+            None => None,
+        };
+        let waits = migrates && !is_paused && arrival.is_none();
+        let yields = is_due && is_saved || waits;
         self.metrics.search_generations.increment(lines.len() as u64);
         let checkpoint = checkpoint.map(|bytes| {
             let hash = *blake3::hash(&bytes).as_bytes();
             (bytes, hash)
         });
-        let step = SearchStep { lines, checkpoint, seconds, yields, ..step(search) };
+        let emigrants = emigrants.map(|genomes| encode(&genomes));
+        let step = SearchStep { lines, checkpoint, emigrants, seconds, yields, ..step(search) };
         let (search, born) = match self.store_step(search, step, best, generation).await {
             Ok(stored) => stored,
             // The same report was on its way twice.
@@ -345,17 +299,22 @@ impl Searches {
             }
             Err(error) => return Err(error),
         };
-        self.publish_progress(&search);
+        self.publish_progress(&search).await;
         if let Some(generation) = &born {
-            self.publish_best(&search, generation);
+            self.publish_best(&search, generation).await;
         }
         if yields {
-            self.publish_state(&search);
+            self.publish_state(&search).await;
         }
-        Ok(match (yields, is_due) {
-            (true, _) => Directive::Stop,
-            (false, true) => Directive::Yield,
-            (false, false) => directive,
+        if migrates {
+            // The next island may wait for the migrants.
+            self.wake();
+        }
+        Ok(match (yields, arrival, is_due) {
+            (true, ..) => Directive::Stop,
+            (false, Some(arrival), _) if !is_paused => Directive::Take(arrival),
+            (false, _, true) => Directive::Yield,
+            (false, _, false) => directive,
         })
     }
 
@@ -383,9 +342,12 @@ impl Searches {
     async fn take_front(
         &self,
         search: &StoredSearch,
-        front: Vec<MeasuredMaterial>,
+        found: IslandFront,
         seconds: f64,
     ) -> Result<Directive, ApiError> {
+        let Some(front) = self.whole_front(search, found, seconds).await? else {
+            return Ok(Directive::Stop);
+        };
         let plain = SearchStep { seconds, ..step(search) };
         let with = |front: Vec<FoundMaterial>| SearchStep {
             best: front.first().cloned(),
@@ -403,8 +365,8 @@ impl Searches {
             return self.fail_search(search, reason.to_owned()).await;
         };
         let search = self.store.search(search.id).await?;
-        self.publish_best(&search, &generation);
-        self.publish_state(&search);
+        self.publish_best(&search, &generation).await;
+        self.publish_state(&search).await;
         Ok(Directive::Stop)
     }
 
@@ -439,7 +401,7 @@ impl Searches {
             ended_ms: now_ms(),
         };
         let search = self.store.step_search(SearchStep { end: Some(end), ..step(search) }).await?;
-        self.publish_state(&search);
+        self.publish_state(&search).await;
         Ok(Directive::Stop)
     }
 }
@@ -448,6 +410,7 @@ impl Searches {
 fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, WireError> {
     let options = claimed.options;
     let start = decode_stored(&claimed.start)?;
+    let arrival = claimed.arrival.map(islands::arrival_of).transpose()?;
     // Searches of earlier versions have none.
     let objective = options.objective.unwrap_or_else(|| Objective::default().name().to_owned());
     Ok(SearchGrant {
@@ -458,10 +421,13 @@ fn grant(ticket: SearchTicket, claimed: ClaimedSearch) -> Result<SearchGrant, Wi
         strategy: options.strategy,
         objective,
         seed: options.seed.0,
+        islands: options.islands,
+        island: claimed.island,
+        arrival,
         is_mirrored: options.mirrored,
         start,
         threads: options.threads,
-        budget: options.budget,
+        budget: options.budget.of_island(options.islands),
         target_error: options.target_error,
         checkpoint: claimed.checkpoint,
         seconds: claimed.seconds,
@@ -484,6 +450,8 @@ fn step(search: &StoredSearch) -> SearchStep {
         from: search.generation,
         lines: Vec::new(),
         checkpoint: None,
+        archipelago: search.archipelago(),
+        emigrants: None,
         best: None,
         best_before: search.best.as_ref().map(|best| best.hash),
         seconds: search.seconds,

@@ -89,6 +89,7 @@ function About({ of }) {
         <${Fact} name="budget" value=${budgetInWords(of.budget)} />
         <${Fact} name="seed" value=${of.seed} />
         <${Fact} name="threads" value=${of.threads ?? "all"} />
+        ${of.islands > 1 && html`<${Fact} name="islands" value=${of.islands} title="Searches side by side that share their best" />`}
         ${of.mirrored && html`<${Fact} name="symmetry" value="mirrored" />`}
         ${of.start.length > 0 && html`<${Fact} name="started from" value=${counted(of.start.length, "individual")} />`}
         <${Fact} name="started" value=${new Date(of.created_ms).toLocaleString()} />

@@ -2,7 +2,7 @@
 import { lineageStore } from "../../lineage/store.js";
 import { clearProblems } from "../../page/problem.js";
 import {
-  OBJECTIVES, STRATEGIES, hasObjective, centreAsStart, dialectMismatch, placeholderName, startSearch, updateDraft,
+  OBJECTIVES, STRATEGIES, hasIslands, hasObjective, centreAsStart, dialectMismatch, placeholderName, startSearch, updateDraft,
 } from "../../search/draft.js";
 import { searchStore } from "../../search/store.js";
 import { counted, duration, nameOfTarget } from "../../search/words.js";
@@ -20,7 +20,7 @@ const MEASURES = [
 
 /**
  * A text field.
- * @param {{id: "name"|"seconds"|"generations"|"seed"|"threads", name: string, placeholder:
+ * @param {{id: "name"|"seconds"|"generations"|"seed"|"threads"|"islands", name: string, placeholder:
  *   string, words?: string, number?: boolean}} props
  */
 function Field({ id, name, placeholder, words, number = true }) {
@@ -100,6 +100,7 @@ const How = () => html`
     ${hasObjective(searchStore.draft.value.strategy) && html`<${Objective} />`}
     <${Field} id="seed" name="seed" placeholder="1" words="the same seed gives the same results" />
     <${Field} id="threads" name="threads" placeholder="all" words="affects speed only" />
+    ${hasIslands(searchStore.draft.value.strategy) && html`<${Field} id="islands" name="islands" placeholder="1" words="searches side by side, on other workers too, that share their best" />`}
     <div class="entry"><span>symmetry</span>
       <${Switch} id="search-mirrored" name="mirrored" on=${searchStore.draft.value.mirrored} title="The material is its own mirror image, so the fit treats left and right alike" onInput=${(/** @type {boolean} */ on) => updateDraft({ mirrored: on })} />
       <span class="small">the material is its own mirror image</span>

@@ -68,7 +68,7 @@ impl Island {
         let mut genomes = given.to_vec();
         genomes.par_extend(drawn);
         (self.members, self.stale) = (Vec::new(), 0);
-        self.add_evaluated(genomes, context, &HashSet::new())
+        self.add_evaluated(genomes, (context.cases, context.population), &HashSet::new())
     }
 
     /// Runs one generation.
@@ -78,7 +78,8 @@ impl Island {
         let slots = 0..context.population.children;
         let children: Vec<Genome> =
             slots.into_par_iter().map(|index| breeder.child(context.key(index))).collect();
-        let mut counts = self.add_evaluated(children, context, context.seen);
+        let mut counts =
+            self.add_evaluated(children, (context.cases, context.population), context.seen);
         counts.evaluations += self.tune(context);
         let is_better = self.least() < (1.0 - IMPROVEMENT) * before;
         self.stale = if is_better { 0 } else { self.stale + 1 };
@@ -96,12 +97,22 @@ impl Island {
         self.sort_and_truncate(population.kept);
     }
 
+    /// Evaluates a genome of another search, and adds it.
+    pub(super) fn immigrate(
+        &mut self,
+        genome: Genome,
+        cases: &Cases,
+        population: &Population,
+    ) -> GenerationCounts {
+        self.add_evaluated(vec![genome], (cases, population), &HashSet::new())
+    }
+
     /// Evaluates the genomes whose programs are neither in `seen` nor in the island, and keeps the
     /// best members.
     fn add_evaluated(
         &mut self,
         genomes: Vec<Genome>,
-        context: &IslandContext<'_>,
+        (cases, population): (&Cases, &Population),
         seen: &HashSet<ProgramHash>,
     ) -> GenerationCounts {
         let mut known: HashSet<ProgramHash> =
@@ -110,10 +121,10 @@ impl Island {
         let bred = bare.len();
         bare.retain(|bare| !seen.contains(&bare.hash) && known.insert(bare.hash));
         let hashes: Vec<ProgramHash> = bare.iter().map(|bare| bare.hash).collect();
-        let kept = context.population.kept;
+        let kept = population.kept;
         let worst = self.members.get(kept - 1).map_or(f64::INFINITY, |worst| worst.sum);
-        self.members.extend(evaluate(bare, context.cases, (kept, worst)));
-        self.sort_and_truncate(context.population.kept);
+        self.members.extend(evaluate(bare, cases, (kept, worst)));
+        self.sort_and_truncate(kept);
         let evaluations = hashes.len() as u64;
         GenerationCounts { evaluations, repeats: bred as u64 - evaluations, hashes }
     }

@@ -222,6 +222,25 @@ impl Method for Gp {
         Some(Outcome { front, best: index, is_settled: false })
     }
 
+    fn emigrants(&self) -> Vec<Genome> {
+        let best = self.islands.iter().filter_map(|island| island.members.first());
+        best.map(|member| member.genome.clone()).collect()
+    }
+
+    fn immigrate(&mut self, genomes: &[Genome]) {
+        let count = self.islands.len();
+        let mut islands = std::mem::take(&mut self.islands);
+        for (index, genome) in genomes.iter().enumerate() {
+            let counts =
+                islands[index % count].immigrate(genome.clone(), &self.cases, &self.population);
+            self.evaluations += counts.evaluations;
+            self.repeats += counts.repeats;
+            self.seen.extend(counts.hashes);
+        }
+        self.islands = islands;
+        self.update_best();
+    }
+
     fn save(&self) -> Vec<u8> {
         self.state()
     }

@@ -6,8 +6,8 @@ use brood_protocol::{
 
 use super::*;
 use crate::{
-    ClaimedSearch, EndedLease, LostLeases, NewSearch, NewTarget, SearchChange, SearchEnd,
-    SearchStep, StoredSearch,
+    ClaimedSearch, EndedLease, IslandEnd, LostLeases, NewSearch, NewTarget, SearchChange,
+    SearchEnd, SearchStep, StoredArrival, StoredSearch,
 };
 
 fn target() -> NewTarget {
@@ -31,7 +31,13 @@ fn target() -> NewTarget {
 }
 
 async fn search(store: &Store, target: TargetId, lineage: LineageId) -> JobId {
-    let id = JobId::fresh();
+    islands(store, target, lineage, 1).await[0]
+}
+
+/// Stores a search of several islands. Returns their ids.
+async fn islands(store: &Store, target: TargetId, lineage: LineageId, count: u32) -> Vec<JobId> {
+    let ids: Vec<JobId> = (0..count).map(|_| JobId::fresh()).collect();
+    let id = ids[0];
     let options = SearchOptions {
         name: "paint".to_owned(),
         strategy: "lobes".to_owned(),
@@ -40,11 +46,13 @@ async fn search(store: &Store, target: TargetId, lineage: LineageId) -> JobId {
         threads: None,
         mirrored: true,
         budget: Budget::Generations(10),
+        islands: count,
         target_error: None,
         start: Vec::new(),
     };
     let new = NewSearch {
         id,
+        islands: ids[1..].to_vec(),
         target,
         lineage,
         new_lineage: None,
@@ -54,7 +62,7 @@ async fn search(store: &Store, target: TargetId, lineage: LineageId) -> JobId {
         idempotency: None,
     };
     store.create_search(new, 10).await.unwrap();
-    id
+    ids
 }
 
 /// Time to live of the leases.
@@ -90,6 +98,8 @@ fn step(claimed: &ClaimedSearch, generations: std::ops::RangeInclusive<u32>) -> 
         seconds: lines.last().map_or(0.0, |line| line.seconds),
         lines,
         checkpoint: Some((vec![5; 9], hash("state"))),
+        archipelago: None,
+        emigrants: None,
         best: None,
         best_before: None,
         yields: false,
@@ -321,4 +331,107 @@ async fn all_leases_of_a_process_end_on_sqlite_alone() {
     for (_, search) in ended {
         assert_eq!((search.state, search.deaths), (SearchState::Queued, 0));
     }
+}
+
+#[tokio::test]
+async fn island_waits_for_the_migrants_of_the_one_before() {
+    let (_dir, store, target, lineage) = fixture().await;
+    let ids = islands(&store, target, lineage, 2).await;
+    assert_eq!(store.list_searches(None, None, 10).await.unwrap().len(), 1);
+    let [first, second] = [claim(&store).await, claim(&store).await];
+    assert_eq!((first.id, first.island, second.id, second.island), (ids[0], 0, ids[1], 1));
+    let migrate = |claimed: &ClaimedSearch, genomes: u8| SearchStep {
+        archipelago: Some(ids[0]),
+        emigrants: Some(vec![genomes]),
+        yields: true,
+        ..step(claimed, 1..=2)
+    };
+    store.step_search(migrate(&first, 1)).await.unwrap();
+    assert!(!store.any_search_queued().await.unwrap(), "the second has sent nothing");
+    assert!(store.claim_search("worker", LEASE, 20).await.unwrap().is_none());
+    let sent = store.search_arrival(ids[1], 2).await.unwrap();
+    assert_eq!(sent, Some(StoredArrival::Migrants(vec![1])));
+    store.step_search(migrate(&second, 2)).await.unwrap();
+    let first = claim(&store).await;
+    assert_eq!((first.id, &first.arrival), (ids[0], &Some(StoredArrival::Migrants(vec![2]))));
+    assert!(first.checkpoint.is_some());
+    // A lease that was lost takes them again; a later checkpoint has them.
+    store.release_search(first.id, first.epoch, false, 30).await.unwrap();
+    let second = claim(&store).await;
+    assert_eq!(second.arrival, Some(StoredArrival::Migrants(vec![1])));
+    let first = claim(&store).await;
+    assert_eq!(first.arrival, Some(StoredArrival::Migrants(vec![2])));
+    store.step_search(step(&first, 3..=3)).await.unwrap();
+    store.release_search(first.id, first.epoch, false, 30).await.unwrap();
+    assert_eq!(claim(&store).await.arrival, None);
+}
+
+#[tokio::test]
+async fn search_of_islands_ends_with_the_last() {
+    let (_dir, store, target, lineage) = fixture().await;
+    let ids = islands(&store, target, lineage, 3).await;
+    let mut claimed = Vec::new();
+    for _ in 0..3 {
+        let own = claim(&store).await;
+        store.step_search(step(&own, 1..=2)).await.unwrap();
+        claimed.push(own);
+    }
+    let end = |own: &ClaimedSearch| IslandEnd {
+        id: own.id,
+        epoch: own.epoch,
+        generation: 2,
+        seconds: 2.0,
+        front: vec![u8::try_from(own.island).unwrap()],
+    };
+    store.end_island(ids[0], end(&claimed[2])).await.unwrap().unwrap();
+    let stale = store.end_island(ids[0], end(&claimed[2])).await;
+    assert!(matches!(stale, Err(StorageError::Conflict { .. })), "{stale:?}");
+    assert_eq!(
+        store.search_arrival(ids[0], 9).await.unwrap(),
+        Some(StoredArrival::Front(vec![2])),
+        "the first takes from the last"
+    );
+    store.end_island(ids[0], end(&claimed[0])).await.unwrap().unwrap();
+    assert!(store.claim_search("worker", LEASE, 20).await.unwrap().is_none());
+    let others = store.end_island(ids[0], end(&claimed[1])).await.unwrap().unwrap_err();
+    assert_eq!(others, [(0, vec![0]), (2, vec![2])]);
+    let last = SearchStep {
+        archipelago: Some(ids[0]),
+        lines: Vec::new(),
+        from: 2,
+        checkpoint: None,
+        end: Some(SearchEnd {
+            state: SearchState::Succeeded,
+            reason: None,
+            front: Vec::new(),
+            ended_ms: 40,
+        }),
+        ..step(&claimed[1], 1..=2)
+    };
+    store.step_search(last).await.unwrap();
+    let ended = store.islands(ids[0]).await.unwrap();
+    assert!(ended.iter().all(|one| one.state == SearchState::Succeeded && !one.is_over));
+    assert!(matches!(store.islands(ids[1]).await, Err(StorageError::NotFound)));
+}
+
+#[tokio::test]
+async fn change_of_a_search_concerns_all_of_its_islands() {
+    let (_dir, store, target, lineage) = fixture().await;
+    let ids = islands(&store, target, lineage, 2).await;
+    let claimed = claim(&store).await;
+    assert_eq!(change(&store, ids[0], SearchChange::Pause).await, Ok(SearchState::Paused));
+    let states = async || {
+        let all = store.islands(ids[0]).await.unwrap();
+        all.iter().map(|one| one.state).collect::<Vec<_>>()
+    };
+    assert_eq!(states().await, [SearchState::Paused; 2]);
+    assert!(store.step_search(step(&claimed, 1..=1)).await.is_err());
+    assert_eq!(change(&store, ids[0], SearchChange::Resume).await, Ok(SearchState::Queued));
+    // An island whose workers die fails the search.
+    for _ in 0..3 {
+        let claimed = claim(&store).await;
+        assert_eq!(claimed.id, ids[0]);
+        store.release_search(claimed.id, claimed.epoch, true, 30).await.unwrap();
+    }
+    assert_eq!(states().await, [SearchState::Failed; 2]);
 }

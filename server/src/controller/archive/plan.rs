@@ -16,6 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::kind::Kind;
 use crate::controller::file_name;
 use crate::controller::picture_query::check_rays;
+use crate::dispatch::whole_search;
 use crate::library::Framing;
 use crate::limit;
 use crate::problem::ApiError;
@@ -211,7 +212,7 @@ async fn read(app: &App, members: Members) -> Result<(Vec<Member>, Option<String
             Ok((children.into_iter().map(member).collect(), None))
         }
         Members::Job(id) => {
-            let search = app.store.search(id).await?;
+            let search = whole_search(app.store.islands(id).await?);
             let mut front = app.store.search_front(id).await?;
             if front.is_empty() {
                 front.extend(search.best);

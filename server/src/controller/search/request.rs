@@ -62,6 +62,20 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
     let preferred = Strategy::of_target(is_analytic);
     let Start { genomes, dialect, strategy } =
         start(app, &asked.start, requested, preferred).await?;
+    let islands = match asked.islands.unwrap_or(1) {
+        1 => 1,
+        several @ 2..=limit::ISLANDS if strategy.has_islands() => several as u32,
+        2..=limit::ISLANDS => {
+            let words = format!(
+                "the strategy {strategy} has no islands; use gp or hybrid, or leave `islands` out"
+            );
+            return Err(refuse("/islands", words));
+        }
+        _ => {
+            let words = format!("`islands` must be 1 to {}", limit::ISLANDS);
+            return Err(refuse("/islands", words));
+        }
+    };
     let fits = strategy.check_pixels(used, several);
     fits.map_err(|error| refuse("/strategy", error.to_string()))?;
     let given = match asked.lineage {
@@ -76,8 +90,12 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
         None => Some(results_lineage(app, &name, dialect, created_ms).await?),
     };
     let lineage = asked.lineage.or(new_lineage.as_ref().map(|new| new.id));
+    let mut ids: Vec<JobId> = (0..islands).map(|_| JobId::fresh()).collect();
+    // The search is stored, and copied, before its other islands.
+    ids.sort_unstable();
     Ok(NewSearch {
-        id: JobId::fresh(),
+        id: ids.remove(0),
+        islands: ids,
         target: asked.target,
         lineage: lineage.expect("it is given or made"),
         new_lineage,
@@ -89,6 +107,7 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
             threads,
             mirrored: asked.mirrored,
             budget,
+            islands,
             target_error: asked.target_error,
             start: asked.start,
         },
@@ -98,10 +117,13 @@ pub async fn read(app: &App, asked: CreateSearch) -> Result<NewSearch, ApiError>
     })
 }
 
-/// Returns a new search as it is before a worker claims it.
-pub fn as_stored(new: &NewSearch) -> StoredSearch {
-    StoredSearch {
-        id: new.id,
+/// Returns the islands of a new search as they are before a worker claims one.
+pub fn as_stored(new: &NewSearch) -> Vec<StoredSearch> {
+    let one = |(island, id): (u32, JobId)| StoredSearch {
+        id,
+        parent: (island > 0).then_some(new.id),
+        island,
+        is_over: false,
         target: new.target,
         lineage: new.lineage,
         state: SearchState::Queued,
@@ -114,13 +136,16 @@ pub fn as_stored(new: &NewSearch) -> StoredSearch {
         seconds: 0.0,
         fitted: None,
         held: None,
+        recorded: None,
         population: None,
         options: new.options.clone(),
         best: None,
         created_ms: new.created_ms,
         started_ms: None,
         ended_ms: None,
-    }
+    };
+    let ids = std::iter::once(new.id).chain(new.islands.iter().copied());
+    (0..).zip(ids).map(one).collect()
 }
 
 fn budget(asked: &CreateSearch) -> Result<Budget, ApiError> {

@@ -40,6 +40,7 @@ async fn search(app: &App, start: Vec<u8>) -> JobId {
     };
     let new = NewSearch {
         id: JobId::fresh(),
+        islands: Vec::new(),
         target: target.id,
         lineage: LineageId::fresh(),
         new_lineage: None,
@@ -51,6 +52,7 @@ async fn search(app: &App, start: Vec<u8>) -> JobId {
             threads: None,
             mirrored: true,
             budget: Budget::Generations(10),
+            islands: 1,
             target_error: None,
             start: Vec::new(),
         },
@@ -162,7 +164,7 @@ async fn report_whose_answer_was_lost_is_repeated_without_a_change() {
     let ticket = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap().ticket;
     let report = |generations: std::ops::RangeInclusive<u32>| {
         let (lines, checkpoint) = (generations.map(line).collect(), None);
-        let update = SearchUpdate::Generations { lines, checkpoint, best: None };
+        let update = SearchUpdate::Generations { lines, checkpoint, best: None, emigrants: None };
         SearchReport { ticket, held_ms: 5, update }
     };
     for generations in [1..=2, 1..=2, 3..=3] {
@@ -179,7 +181,7 @@ async fn search_yields_with_a_checkpoint_after_its_time_slice() {
     let first = search(&app, no_genomes()).await;
     let ticket = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap().ticket;
     let report = |held_s: u64, lines: Vec<GenerationLine>, checkpoint| {
-        let update = SearchUpdate::Generations { lines, checkpoint, best: None };
+        let update = SearchUpdate::Generations { lines, checkpoint, best: None, emigrants: None };
         app.searches.report(SearchReport { ticket, held_ms: 1000 * held_s, update })
     };
     let saved = || Some(vec![7]);
@@ -199,7 +201,7 @@ async fn search_that_is_paused_takes_the_last_generations_of_its_worker_and_a_ch
     let id = search(&app, no_genomes()).await;
     let ticket = claim_lease(&app.searches, "worker", (), 0).await.unwrap().unwrap().ticket;
     let report = |lines: Vec<GenerationLine>, checkpoint| {
-        let update = SearchUpdate::Generations { lines, checkpoint, best: None };
+        let update = SearchUpdate::Generations { lines, checkpoint, best: None, emigrants: None };
         app.searches.report(SearchReport { ticket, held_ms: 5, update })
     };
     assert_eq!(report(vec![line(1)], None).await.unwrap(), Directive::Continue);
@@ -227,7 +229,8 @@ async fn report_that_arrives_twice_at_once_is_stored_once() {
     for generation in 1..=50 {
         let report = || {
             let lines = vec![line(generation)];
-            let update = SearchUpdate::Generations { lines, checkpoint: None, best: None };
+            let update =
+                SearchUpdate::Generations { lines, checkpoint: None, best: None, emigrants: None };
             app.searches.report(SearchReport { ticket, held_ms: 5, update })
         };
         let both = tokio::join!(report(), report());
