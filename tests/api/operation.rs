@@ -12,7 +12,12 @@ async fn server_reports_health_metrics_and_its_description() {
     let generation = lineage.random(1).await;
     server.get(&text_of(&generation["individuals"][0]["thumbnail"])).await.expect(200);
     let metrics = server.get("/metrics").await.expect(200).text();
-    for line in ["brood_searches{state=\"running\"} 0", "brood_exports{state=\"queued\"} 0"] {
+    for line in [
+        "brood_searches{state=\"running\"} 0",
+        "brood_exports{state=\"queued\"} 0",
+        "brood_oldest_render_wait_seconds{queue=\"batch\"} 0",
+        "brood_refused_writes_total 0",
+    ] {
         assert!(metrics.lines().any(|each| each == line), "{metrics}");
     }
     let system = server.get("/v1/system").await.expect(200).json();

@@ -22,7 +22,7 @@ use crate::wheel;
 const C_COMPILER: &str = "musl-gcc";
 
 /// Files that are in the tarball beside the binary.
-const FILES: [&str; 15] = [
+const FILES: [&str; 17] = [
     "packaging/brood.service",
     "packaging/brood-worker@.service",
     "packaging/compose.yaml",
@@ -30,6 +30,8 @@ const FILES: [&str; 15] = [
     "packaging/grafana.json",
     "packaging/haproxy.cfg",
     "packaging/kubernetes.yaml",
+    "packaging/prometheus-adapter.yaml",
+    "packaging/prometheus.yaml",
     "packaging/rules.yaml",
     "docs/operations.md",
     "docs/scale.md",

@@ -6,6 +6,7 @@ use brood_protocol::Queue;
 use http::header;
 
 use crate::dispatch::JobState;
+use crate::metric::GaugeName;
 use crate::problem::ApiError;
 use crate::state::App;
 
@@ -55,34 +56,39 @@ pub async fn metrics(State(app): State<App>) -> Result<Response, ApiError> {
         ("idempotency", counts.idempotency),
         ("token", counts.tokens),
     ];
+    let metrics = &app.metrics;
     for (table, rows) in rows {
-        app.metrics.gauge("brood_rows", &[("table", table)], rows as f64);
+        metrics.gauge(GaugeName::Rows, &[("table", table)], rows as f64);
     }
+    let jobs = &app.pictures.queue;
     for queue in [Queue::Interactive, Queue::Batch] {
+        let label = ("queue", queue.name());
         for state in [JobState::Queued, JobState::Leased, JobState::Failed, JobState::Dead] {
-            let labels = [("queue", queue.name()), ("state", state.name())];
-            app.metrics.gauge("brood_jobs", &labels, app.pictures.queue.count(queue, state) as f64);
+            let labels = [label, ("state", state.name())];
+            metrics.gauge(GaugeName::Jobs, &labels, jobs.count(queue, state) as f64);
         }
+        let wait = jobs.oldest(queue).unwrap_or_default();
+        metrics.gauge(GaugeName::OldestRenderWait, &[label], wait.as_secs_f64());
     }
     for (state, searches) in app.store.search_counts().await? {
-        app.metrics.gauge("brood_searches", &[("state", state)], searches as f64);
+        metrics.gauge(GaugeName::Searches, &[("state", state)], searches as f64);
     }
     for (state, exports) in app.store.export_counts().await? {
-        app.metrics.gauge("brood_exports", &[("state", state)], exports as f64);
+        metrics.gauge(GaugeName::Exports, &[("state", state)], exports as f64);
     }
-    app.metrics.gauge("brood_deferred_requests", &[], app.deferred.running() as f64);
     let (in_flight, memory_bytes) = app.pictures.cache.size();
     let (disk_bytes, pictures) = app.pictures.cache.disk().size();
     let (connections, of_workers) = app.connections.counts();
-    app.metrics.gauge("brood_connections", &[], connections as f64);
-    app.metrics.gauge("brood_worker_connections", &[], of_workers as f64);
-    app.metrics.gauge("brood_log_bytes", &[], app.store.log_bytes() as f64);
-    app.metrics.gauge("brood_refused_writes", &[], app.store.refused_writes() as f64);
-    app.metrics.gauge("brood_leases", &[], app.pictures.leases.len() as f64);
-    app.metrics.gauge("brood_pictures_under_way", &[], in_flight as f64);
-    app.metrics.gauge("brood_cache_memory_bytes", &[], memory_bytes as f64);
-    app.metrics.gauge("brood_cache_disk_bytes", &[], disk_bytes as f64);
-    app.metrics.gauge("brood_cache_disk_pictures", &[], pictures as f64);
+    metrics.gauge(GaugeName::DeferredRequests, &[], app.deferred.running() as f64);
+    metrics.gauge(GaugeName::Connections, &[], connections as f64);
+    metrics.gauge(GaugeName::WorkerConnections, &[], of_workers as f64);
+    metrics.gauge(GaugeName::LogBytes, &[], app.store.log_bytes() as f64);
+    metrics.gauge(GaugeName::Leases, &[], app.pictures.leases.len() as f64);
+    metrics.gauge(GaugeName::PicturesUnderWay, &[], in_flight as f64);
+    metrics.gauge(GaugeName::CacheMemoryBytes, &[], memory_bytes as f64);
+    metrics.gauge(GaugeName::CacheDiskBytes, &[], disk_bytes as f64);
+    metrics.gauge(GaugeName::CacheDiskPictures, &[], pictures as f64);
+    metrics.refused_writes.absolute(app.store.refused_writes());
     let content_type = (header::CONTENT_TYPE, "text/plain; version=0.0.4; charset=utf-8");
-    Ok(([content_type], app.metrics.render()).into_response())
+    Ok(([content_type], metrics.render()).into_response())
 }

@@ -131,6 +131,7 @@ impl PictureService {
             Some(dead) => {
                 let reason = "worker_lost: its workers died or were cut off while rendering it";
                 tracing::error!(job = %dead.id, reason, "a job has failed permanently");
+                self.metrics.dead.increment(1);
                 self.cache.fail(keys(&dead), &Failure::Render(reason.into()));
             }
         }

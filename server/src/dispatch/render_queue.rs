@@ -218,7 +218,7 @@ impl RenderQueue {
         self.lock().is_full(queue)
     }
 
-    /// Age of the oldest waiting job of a queue.
+    /// Age of the oldest waiting job of a queue; `None` if it is empty.
     pub fn oldest(&self, queue: Queue) -> Option<Duration> {
         let state = self.lock();
         state.waiting.get(&queue)?.jobs.values().map(QueuedJob::age).max()
@@ -350,6 +350,25 @@ mod tests {
         let again = jobs.take(Queue::Interactive).unwrap();
         assert_eq!((again.id, again.epoch), (first, 2));
         assert_eq!(jobs.take(Queue::Interactive).unwrap().id, second);
+    }
+
+    #[test]
+    fn oldest_waiting_job_keeps_its_age_when_it_returns() {
+        let jobs = RenderQueue::default();
+        let oldest = || jobs.oldest(Queue::Interactive);
+        assert_eq!(oldest(), None);
+        push(&jobs, Queue::Interactive);
+        let wait = Duration::from_millis(5);
+        std::thread::sleep(wait);
+        push(&jobs, Queue::Interactive);
+        assert!(oldest().is_some_and(|age| age >= wait));
+        assert_eq!(jobs.oldest(Queue::Batch), None);
+        let taken = [(); 2].map(|()| jobs.take(Queue::Interactive).unwrap());
+        assert_eq!(oldest(), None);
+        for job in taken {
+            assert!(jobs.put_back(job, Returned::Released).is_none());
+        }
+        assert!(oldest().is_some_and(|age| age >= wait));
     }
 
     #[test]
