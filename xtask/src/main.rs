@@ -14,6 +14,7 @@ mod faults;
 mod fuzz;
 mod golden;
 mod mutants;
+mod packaging;
 mod postgres;
 mod prerequisite;
 mod python;
@@ -67,6 +68,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               feed every parser, or these, with inputs that libFuzzer makes from seeds
   mutants [CRATE ...] [--shard K/N] [--file GLOB] [--compare]
                               change the code in small ways and list the changes that no test detects
+  packaging                   check the files of packaging/ with promtool, kubernetes-validate, hadolint, haproxy,
+                              systemd-analyze and, if it is there, docker compose
   postgres [FILTER ...]       run the tests of the store and of the API on a temporary PostgreSQL, or those of the API that
                               filters of nextest choose
   wheel [--test]              build the Python package in the release profile into target/wheels;
@@ -102,6 +105,7 @@ fn main() -> ExitCode {
         ["contract", options @ ..] => contract::run(options),
         ["faults", options @ ..] => faults::run(options),
         ["fuzz", options @ ..] => fuzz::run(options),
+        ["packaging"] => packaging::run(),
         ["postgres", filter @ ..] => postgres::run(filter),
         ["mutants", options @ ..] => mutants::run(options),
         ["dist"] => dist::run(),

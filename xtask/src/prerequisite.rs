@@ -139,6 +139,10 @@ fn nextest_is_installed() -> bool {
 /// A program and the Debian packages that it needs.
 pub type Program = (&'static str, &'static [&'static str]);
 
+/// Programs that check the files of `packaging/`.
+pub const PACKAGING_PROGRAMS: [Program; 3] =
+    [("promtool", &["prometheus"]), ("haproxy", &["haproxy"]), ("systemd-analyze", &["systemd"])];
+
 /// Installs the Debian packages of those programs that are not found.
 pub fn install_programs(programs: &[Program]) -> Result<()> {
     let missing: Vec<&str> = programs

@@ -55,6 +55,13 @@ impl Python {
         pip
     }
 
+    /// Command that runs a program of an installed package.
+    pub fn tool(&self, name: &str) -> Command {
+        let mut command = shell::command(self.venv.join("bin").join(name));
+        command.env("HOME", &self.home);
+        command
+    }
+
     fn program(&self) -> PathBuf {
         self.venv.join("bin/python")
     }

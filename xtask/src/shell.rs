@@ -77,10 +77,14 @@ pub fn output(command: &mut Command) -> Result<String> {
         .with_context(|| format!("decode the output of {} as UTF-8", line(command)))
 }
 
-/// Path of a program on the search path.
+/// Path of a program on the search path, or in the folder of servers, which Debian has on the
+/// search path of root alone.
 pub fn find_program(name: &str) -> Option<PathBuf> {
     let path = std::env::var_os("PATH")?;
-    std::env::split_paths(&path).map(|folder| folder.join(name)).find(|file| file.is_file())
+    std::env::split_paths(&path)
+        .chain([PathBuf::from("/usr/sbin")])
+        .map(|folder| folder.join(name))
+        .find(|file| file.is_file())
 }
 
 /// Lines of a stream, decoded lossily.

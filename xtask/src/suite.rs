@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 
 use crate::prerequisite::Prerequisites;
-use crate::{accept, callgrind, contract, deny, postgres, shell, tidy, wheel};
+use crate::{accept, callgrind, contract, deny, packaging, postgres, shell, tidy, wheel};
 
 /// Result of one step.
 struct Step {
@@ -31,6 +31,7 @@ pub fn run() -> Result<()> {
     });
     step(&mut steps, "tidy", || tidy::run(&[]));
     step(&mut steps, "dependencies", deny::run);
+    step(&mut steps, "packaging", || packaging::check(&target));
     let built = step(&mut steps, "build", || {
         shell::run(shell::cargo().args(["build", "--workspace", "--all-targets", "--locked"]))
     });
