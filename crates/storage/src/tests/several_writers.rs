@@ -39,6 +39,30 @@ async fn servers_share_a_database_but_no_data_directory() {
 }
 
 #[tokio::test]
+async fn role_with_rights_on_rows_alone_uses_the_tables_of_another() {
+    let place @ Place::Schema(address, data) = &Place::new().await else { return };
+    place.open().await.close().await.unwrap();
+    let schema = address.as_str().rsplit('=').next().unwrap();
+    let role = format!("rows_of_{schema}");
+    let mut owner = sqlx::PgConnection::connect(address.as_str()).await.unwrap();
+    let grant = format!(
+        "CREATE ROLE {role} LOGIN PASSWORD 'secret';
+         GRANT USAGE ON SCHEMA {schema} TO {role};
+         GRANT SELECT, INSERT, UPDATE, DELETE ON ALL TABLES IN SCHEMA {schema} TO {role}"
+    );
+    sqlx::raw_sql(sqlx::AssertSqlSafe(grant)).execute(&mut owner).await.unwrap();
+    let own = DatabaseAddress::from(format!("{}&user={role}&password=secret", address.as_str()));
+    let store = Store::connect(&own, data.path()).await.unwrap();
+    let lineage = lineage(&store).await;
+    generation(&store, lineage, &[], "first").await;
+    store.create_token("laptop", crate::Scope::Read, hash("t"), None).await.unwrap();
+    store.purge_lineage(lineage).await.unwrap();
+    store.close().await.unwrap();
+    let remove = format!("DROP OWNED BY {role}; DROP ROLE {role}");
+    sqlx::raw_sql(sqlx::AssertSqlSafe(remove)).execute(&mut owner).await.unwrap();
+}
+
+#[tokio::test]
 async fn generations_of_one_lineage_have_positions_without_gaps() {
     let Some(stores) = two_stores().await else { return };
     let lineage = lineage(&stores[0]).await;
