@@ -166,7 +166,7 @@ pub async fn migrate(
         migrated.rows += source.rows;
         migrated.changed_texts += changed_texts;
     }
-    to.close().await;
+    to.close().await?;
     from.conn.close().await?;
     Ok(migrated)
 }

@@ -128,7 +128,7 @@ impl Store {
     }
 
     /// Connects to a PostgreSQL database, which other servers may use, and creates what is missing
-    /// in it. Locks the data directory of pictures against other servers. Uses the connections of
+    /// in it, also while servers of an earlier version run that the change does not exclude. Locks the data directory of pictures against other servers. Uses the connections of
     /// the address ([`DatabaseAddress::with_connections`]), and four for other purposes.
     ///
     /// # Errors
@@ -226,13 +226,13 @@ impl Store {
         }
     }
 
-    /// True if a write to the disk has failed, so that all writes fail until the process is
-    /// restarted.
+    /// True if a write to the disk has failed, or if the tables of a PostgreSQL database are not
+    /// for this version any more, so that all writes fail until the process is restarted.
     #[must_use]
     pub fn is_poisoned(&self) -> bool {
         match &*self.engine {
             Engine::Sqlite(engine) => engine.writer.is_poisoned(),
-            Engine::Postgres(_) => false,
+            Engine::Postgres(engine) => engine.is_excluded(),
         }
     }
 
@@ -240,15 +240,16 @@ impl Store {
     /// [`StorageError::Closed`].
     ///
     /// # Errors
-    /// Returns [`StorageError::Poisoned`] if an earlier write to the disk failed, other variants if
-    /// SQLite's log cannot be written back.
+    /// Returns [`StorageError::Poisoned`] if an earlier write to the disk failed,
+    /// [`StorageError::Unsupported`] if the tables are not for this version any more, other variants
+    /// if SQLite's log cannot be written back.
     pub async fn close(self) -> Result<()> {
         match &*self.engine {
             Engine::Sqlite(engine) => engine.close().await,
             Engine::Postgres(engine) => {
-                engine.close().await;
+                let closed = engine.close().await;
                 drop(self.lock.lock().expect("no code panics while holding this lock").take());
-                Ok(())
+                closed
             }
         }
     }

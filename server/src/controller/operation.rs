@@ -26,7 +26,7 @@ pub async fn ready(State(app): State<App>) -> Result<String, ApiError> {
         return Err(ApiError::stopping("retry after the restart"));
     }
     if app.store.is_poisoned() {
-        return Err(ApiError::busy("a write to the disk failed; restart the server"));
+        return Err(ApiError::busy("the database takes no writes of this server; restart it"));
     }
     app.store.any_token().await?;
     let mut text = String::from("ready\n");

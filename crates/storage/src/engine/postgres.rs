@@ -4,14 +4,17 @@
 //! server after 3 s, see `LIMITS`.
 
 pub(crate) mod bus;
+mod migration;
+mod presence;
+mod schema;
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use sqlx::migrate::MigrateError;
+use sqlx::migrate::Migrator;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
-use sqlx::{AssertSqlSafe, ConnectOptions, Connection, PgConnection, PgPool};
+use sqlx::{ConnectOptions, Connection, PgConnection, PgPool};
 use tokio::sync::Semaphore;
 
 use crate::StorageError;
@@ -21,16 +24,13 @@ use crate::sql::{Conn, Held};
 use crate::write::{CommitTimes, WriteFuture};
 
 use bus::{Bus, BusLink};
+use presence::Presence;
+pub(crate) use schema::Usage;
 
 /// Oldest supported PostgreSQL, as `server_version_num` gives it.
 const MIN_VERSION: i32 = 150_000;
 /// Connections of a server besides: the lock, the bus and its replacement.
 const OTHER_CONNECTIONS: u32 = 4;
-/// Time for which the start of a server waits for a command, or for the end of servers of another
-/// version.
-const LOCK_WAIT: Duration = Duration::from_secs(10);
-/// Interval of attempts to lock the schema.
-const LOCK_RETRY: Duration = Duration::from_millis(200);
 /// Time that a read or write waits for a connection.
 const WAIT: Duration = Duration::from_secs(5);
 /// Writes that may wait for a connection. Others fail with [`StorageError::Busy`].
@@ -41,7 +41,7 @@ const IDLE: Duration = Duration::from_secs(1);
 /// lineage until then.
 const LIMITS: [(&str, &str); 7] = [
     ("idle_in_transaction_session_timeout", "3s"),
-    // The connection with the lock of the schema is idle for ever.
+    // A connection may be idle for as long as the server runs.
     ("idle_session_timeout", "0"),
     ("lock_timeout", "5s"),
     ("statement_timeout", "30s"),
@@ -59,15 +59,17 @@ const DURABLE: [(&str, &str); 3] = [
 const BEGIN: &str = "BEGIN ISOLATION LEVEL READ COMMITTED READ WRITE";
 const SNAPSHOT: &str = "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY";
 
-static MIGRATIONS: sqlx::migrate::Migrator = sqlx::migrate!("../../migrations/postgres");
+/// Migrations of this build.
+pub(crate) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations/postgres");
 
 /// Database on a PostgreSQL server.
 #[derive(Debug)]
 pub(crate) struct Postgres {
     pool: PgPool,
-    /// Connection with the lock of a server or a copy; `None` for a command, and after
-    /// [`Postgres::close`]. A restart of PostgreSQL releases the lock.
-    lock: Mutex<Option<PgConnection>>,
+    /// Lock of a server or a copy; `None` for a command, and after [`Postgres::close`].
+    presence: Mutex<Option<Presence>>,
+    /// True if the tables are not for this server any more.
+    is_excluded: Arc<AtomicBool>,
     /// Version of the server.
     pub version: String,
     waiting: Arc<Semaphore>,
@@ -76,12 +78,24 @@ pub(crate) struct Postgres {
 }
 
 impl Postgres {
-    /// Connects to a database and checks it. Creates and upgrades its tables if no other process
-    /// uses it.
+    /// Connects to a database and checks it. Creates and upgrades its tables, unless that excludes
+    /// a server that uses them.
     ///
     /// # Errors
     /// As [`Store::connect`](crate::Store::connect).
     pub async fn connect(address: &DatabaseAddress, usage: Usage) -> Result<Self> {
+        Self::connect_with(address, usage, &MIGRATIONS).await
+    }
+
+    /// As [`Postgres::connect`], as a build with these migrations.
+    ///
+    /// # Errors
+    /// As [`Postgres::connect`].
+    pub async fn connect_with(
+        address: &DatabaseAddress,
+        usage: Usage,
+        steps: &'static Migrator,
+    ) -> Result<Self> {
         let (options, connections) = (options(address)?, address.connections());
         let conn = options.connect().await.map_err(postgres_error);
         let mut conn = conn.map_err(|error| match error {
@@ -95,13 +109,16 @@ impl Postgres {
         if usage == Usage::Server {
             assert_connections(&mut conn, connections).await?;
         }
-        prepare(&mut conn, usage).await?;
-        let lock = if usage == Usage::Command {
-            conn.close().await.map_err(postgres_error)?;
-            None
-        } else {
-            Some(conn)
+        schema::prepare(&mut conn, usage, steps).await?;
+        let presence = match usage {
+            Usage::Server => Some(Presence::of_server(conn, options.clone(), steps)),
+            Usage::Alone => Some(Presence::of_copy(conn)),
+            Usage::Command => {
+                conn.close().await.map_err(postgres_error)?;
+                None
+            }
         };
+        let is_excluded = presence.as_ref().map(Presence::exclusion).unwrap_or_default();
         let pool = PgPoolOptions::new()
             .max_connections(connections)
             .acquire_timeout(WAIT)
@@ -114,8 +131,18 @@ impl Postgres {
             })
             .connect_lazy_with(options);
         let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
-        let lock = Mutex::new(lock);
-        Ok(Self { pool, lock, version, waiting, refused: AtomicU64::new(0) })
+        let presence = Mutex::new(presence);
+        Ok(Self { pool, presence, is_excluded, version, waiting, refused: AtomicU64::new(0) })
+    }
+
+    /// True if the tables were changed while the connection with the lock was lost, so that this
+    /// server may not use them any more. Reads and writes then fail.
+    pub fn is_excluded(&self) -> bool {
+        self.is_excluded.load(Ordering::Relaxed)
+    }
+
+    fn assert_included(&self) -> Result<()> {
+        if self.is_excluded() { Err(excluded()) } else { Ok(()) }
     }
 
     /// Number of writes refused since the start.
@@ -132,24 +159,28 @@ impl Postgres {
     }
 
     /// Closes all connections.
-    pub async fn close(&self) {
+    ///
+    /// # Errors
+    /// Returns [`StorageError::Unsupported`] if the tables are not for this server any more.
+    pub async fn close(&self) -> Result<()> {
         self.pool.close().await;
-        let locking = self.lock.lock().expect("no code panics while holding this lock").take();
-        if let Some(conn) = locking
-            && let Err(error) = conn.close().await
-        {
-            tracing::debug!(%error, "cannot close the connection with the lock");
+        let presence = self.presence.lock().expect("no code panics while holding this lock").take();
+        if let Some(presence) = presence {
+            presence.end().await;
         }
+        self.assert_included()
     }
 
     /// Returns a connection for one read.
     pub async fn reader(&self) -> Result<Conn> {
+        self.assert_included()?;
         let conn = self.pool.acquire().await.map_err(|error| no_connection(&self.pool, error))?;
         Ok(Conn::Postgres(Held::Pooled(conn)))
     }
 
     /// Returns a connection for several reads of one consistent state.
     pub async fn snapshot(&self) -> Result<Conn> {
+        self.assert_included()?;
         let pool = self.pool.clone();
         // A task cannot be cancelled. sqlx does not roll back a transaction whose BEGIN was
         // cancelled: the connection would return to the pool inside it.
@@ -167,6 +198,7 @@ impl Postgres {
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
+        self.assert_included()?;
         let Ok(permit) = self.waiting.clone().try_acquire_owned() else {
             self.refused.fetch_add(1, Ordering::Relaxed);
             return Err(StorageError::Busy);
@@ -196,74 +228,6 @@ impl Postgres {
         }
         written
     }
-}
-
-/// Use of a database, which decides who else may use it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Usage {
-    /// One of any number of servers.
-    Server,
-    /// Copy of another database, without servers.
-    Alone,
-    /// Short command, beside servers or without any.
-    Command,
-}
-
-/// Locks the schema until the connection ends, and upgrades it if no other process uses it. Servers
-/// share the lock; a server waits for commands, which have it for moments.
-///
-/// # Errors
-/// Returns [`StorageError::Locked`] if another kind of process has the lock, and
-/// [`StorageError::Unsupported`] if running servers are of another version.
-async fn prepare(conn: &mut PgConnection, usage: Usage) -> Result<()> {
-    let deadline = Instant::now() + LOCK_WAIT;
-    loop {
-        if try_lock(conn, "SELECT pg_try_advisory_lock(").await? {
-            // A role that may not create tables uses those that another has created.
-            if assert_migrated(conn).await.is_err() {
-                migrate(conn).await?;
-            }
-            if usage == Usage::Server {
-                // One connection may hold both.
-                try_lock(conn, "SELECT pg_try_advisory_lock_shared(").await?;
-                try_lock(conn, "SELECT pg_advisory_unlock(").await?;
-            }
-            return Ok(());
-        }
-        let checked = match usage {
-            // The servers decide on the schema.
-            Usage::Command => return assert_migrated(conn).await,
-            Usage::Alone => {
-                return Err(StorageError::Unsupported(
-                    "a server or a command uses the database; stop it first".to_owned(),
-                ));
-            }
-            Usage::Server if try_lock(conn, "SELECT pg_try_advisory_lock_shared(").await? => {
-                match assert_migrated(conn).await {
-                    Ok(()) => return Ok(()),
-                    // Servers of another version may be about to end.
-                    Err(error) => {
-                        try_lock(conn, "SELECT pg_advisory_unlock_shared(").await?;
-                        error
-                    }
-                }
-            }
-            Usage::Server => StorageError::Unsupported(
-                "another process creates or copies the tables of the database; try again"
-                    .to_owned(),
-            ),
-        };
-        if Instant::now() >= deadline {
-            return Err(checked);
-        }
-        tokio::time::sleep(LOCK_RETRY).await;
-    }
-}
-
-/// Calls a function on the lock of the schema, and returns its result.
-async fn try_lock(conn: &mut PgConnection, call: &str) -> Result<bool> {
-    let sql = format!("{call}hashtext('brood'), hashtext(current_schema()))");
-    sqlx::query_scalar(AssertSqlSafe(sql)).fetch_one(conn).await.map_err(postgres_error)
 }
 
 /// Error if PostgreSQL does not accept the connections of one server.
@@ -348,45 +312,9 @@ fn no_connection(pool: &PgPool, error: sqlx::Error) -> StorageError {
     }
 }
 
-fn other_version() -> StorageError {
-    StorageError::Unsupported("the database was written by another version of brood".to_owned())
-}
-
-/// Error if the applied migrations differ from those of this build. Only processes that use the
-/// database meanwhile keep this one from applying them.
-async fn assert_migrated(conn: &mut PgConnection) -> Result<()> {
-    let sql = "SELECT version, checksum FROM _sqlx_migrations WHERE success ORDER BY version";
-    let applied: Vec<(i64, Vec<u8>)> =
-        sqlx::query_as(sql).fetch_all(conn).await.map_err(postgres_error)?;
-    let known = MIGRATIONS.iter().map(|step| (step.version, step.checksum.to_vec()));
-    if known.eq(applied) {
-        return Ok(());
-    }
-    Err(StorageError::Unsupported(
-        "servers of another version of brood use the database; stop them first".to_owned(),
-    ))
-}
-
-/// Applies missing migrations, one server at a time. Error if another version of brood has written
-/// the database.
-async fn migrate(conn: &mut PgConnection) -> Result<()> {
-    // A change of large tables takes long, and another server that makes it is waited for.
-    let unlimited = sqlx::raw_sql("SET statement_timeout = 0; SET lock_timeout = 0");
-    unlimited.execute(&mut *conn).await.map_err(postgres_error)?;
-    match MIGRATIONS.run(conn).await {
-        Ok(()) => Ok(()),
-        Err(MigrateError::VersionMissing(_) | MigrateError::VersionMismatch(_)) => {
-            Err(other_version())
-        }
-        Err(MigrateError::Execute(error) | MigrateError::ExecuteMigration(error, _)) => {
-            match error.as_database_error() {
-                Some(database) => Err(StorageError::Unsupported(format!(
-                    "the tables cannot be created: {}",
-                    database.message()
-                ))),
-                None => Err(postgres_error(error)),
-            }
-        }
-        Err(error) => Err(StorageError::Unsupported(error.to_string())),
-    }
+fn excluded() -> StorageError {
+    StorageError::Unsupported(
+        "another version of brood has changed the tables of the database; start that version"
+            .to_owned(),
+    )
 }
