@@ -9,7 +9,8 @@ use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
 use crate::lease::{
-    CONTENT_TYPE, LeaseRenewal, LeaseResults, LeaseTicket, WireError, decode, decode_stored, encode,
+    CONTENT_TYPE, LeaseRenewal, LeaseResults, LeaseTicket, WORKER_HEADER, WireError, decode,
+    decode_stored, encode, worker_version,
 };
 use crate::{
     ClaimRequest, Directive, ExportReport, ExportTicket, LightAssetFile, SearchReport,
@@ -42,6 +43,9 @@ pub enum ClientError {
     /// The server is overloaded or shutting down.
     #[error("the server is busy or shutting down; try again later")]
     Busy,
+    /// The server is of another version than the worker.
+    #[error("{0}")]
+    OtherVersion(String),
     /// Any other error status.
     #[error("the server answered {status}: {detail}")]
     Status {
@@ -52,7 +56,16 @@ pub enum ClientError {
     },
     /// The response could not be decoded.
     #[error(transparent)]
-    Wire(#[from] WireError),
+    Wire(WireError),
+}
+
+impl From<WireError> for ClientError {
+    fn from(error: WireError) -> Self {
+        match error {
+            WireError::Version => Self::OtherVersion(error.to_string()),
+            error @ WireError::Malformed(_) => Self::Wire(error),
+        }
+    }
 }
 
 impl WorkerClient {
@@ -213,6 +226,7 @@ impl WorkerClient {
             .http
             .request(method, format!("{}{path}", self.server))
             .bearer_auth(&self.token)
+            .header(WORKER_HEADER, worker_version())
             .header(header::ACCEPT, CONTENT_TYPE);
         if let Some(body) = body {
             request = request.header(header::CONTENT_TYPE, CONTENT_TYPE).body(encode(body));
@@ -229,6 +243,9 @@ impl WorkerClient {
             }
             status => {
                 let detail = response.json::<crate::Problem>().await.unwrap_or_default().detail;
+                if status == StatusCode::PRECONDITION_FAILED {
+                    return Err(ClientError::OtherVersion(detail));
+                }
                 Err(ClientError::Status { status, detail })
             }
         }
@@ -271,6 +288,7 @@ mod tests {
         assert!(own.claim(&request).await.unwrap().is_none());
         let head = server.join().unwrap();
         assert!(head.contains(&format!("host: brood.test:{port}\r\n")), "{head}");
+        assert!(head.contains(&format!("brood-worker: {}\r\n", worker_version())), "{head}");
     }
 
     #[tokio::test]

@@ -16,6 +16,16 @@ pub const CONTENT_TYPE: &str = "application/vnd.brood.lease";
 /// Prefix of every message; the digit is the protocol version, in base 36.
 const MAGIC: &[u8; 8] = b"brood/d\n";
 
+/// Header with the version of a worker, [`worker_version`].
+pub const WORKER_HEADER: &str = "brood-worker";
+
+/// Returns the version that server and worker must have in common to exchange jobs: that of the
+/// messages, and that of the pictures.
+#[must_use]
+pub fn worker_version() -> String {
+    format!("{}.{}", char::from(MAGIC[6]), crate::RENDERER_VERSION)
+}
+
 /// Error of [`decode`], [`decode_stored`] and [`Frame::scene`].
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum WireError {
@@ -359,9 +369,9 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
     decode_body(bytes.strip_prefix(MAGIC).ok_or(WireError::Version)?)
 }
 
-/// Decodes stored data: a mesh, the start genomes of a search, programs that migrate among its
-/// islands, or the front of one. Accepts every protocol version:
-/// the encoding of these types must never change.
+/// Decodes a mesh, the start genomes of a search, programs that migrate among its islands, the front
+/// of one, or the ticket of a search or an export. Accepts every protocol version: the encoding of
+/// these types must never change.
 ///
 /// # Errors
 /// As for [`decode`].
@@ -442,6 +452,17 @@ mod tests {
         }
         let longer = [whole.as_slice(), b"x"].concat();
         assert!(matches!(decode::<LeaseResults>(&longer), Err(WireError::Malformed(_))));
+    }
+
+    #[test]
+    fn tickets_of_searches_and_exports_keep_their_encoding() {
+        let job: JobId = "01890a5d-ac96-774b-bcce-b302099a8057".parse().unwrap();
+        let search = encode(&crate::SearchTicket { job, epoch: 3 });
+        let export = encode(&crate::ExportTicket { job, epoch: 3 });
+        let mut bytes = MAGIC.to_vec();
+        bytes.push(16);
+        bytes.extend(b"\x01\x89\x0a\x5d\xac\x96\x77\x4b\xbc\xce\xb3\x02\x09\x9a\x80\x57\x03");
+        assert_eq!((&search, &export), (&bytes, &bytes));
     }
 
     #[test]

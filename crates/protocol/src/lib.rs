@@ -67,7 +67,8 @@ pub use job::{DeferredAnswer, JobAnswer, JobStatus, JobTimes};
 pub use lease::{
     CONTENT_TYPE, Frame, LeaseGrant, LeaseRenewal, LeaseRequest, LeaseResults, LeaseTicket,
     MeshSource, ObjectSource, PackedProgram, Queue, RenderItem, RenderJob, RenderOutcome,
-    RenderedPicture, WireError, WorkerReport, decode, decode_stored, encode,
+    RenderedPicture, WORKER_HEADER, WireError, WorkerReport, decode, decode_stored, encode,
+    worker_version,
 };
 pub use light_asset::{LightAssetAnswer, LightAssetFile, LightAssetKind};
 pub use lineage::{CreateLineage, Lineage, ListedLineage, PatchLineage};

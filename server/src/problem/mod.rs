@@ -75,6 +75,8 @@ kinds! {
     gone = GONE, "older-renderer", "The picture is from an older renderer";
     /// 412: the resource has changed since it was read.
     stale_version = PRECONDITION_FAILED, "stale-version", "Changed since it was last read";
+    /// 412: a worker of another version than the server.
+    other_worker = PRECONDITION_FAILED, "other-worker", "The worker is of another version";
     /// 413: the body is too large.
     too_large = PAYLOAD_TOO_LARGE, "too-large", "The body is too large";
     /// 415: unsupported content type.
