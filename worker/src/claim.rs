@@ -3,9 +3,9 @@
 
 use std::collections::HashMap;
 use std::net::IpAddr;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use brood_protocol::{ClaimRequest, ClientError, WorkerClient};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
@@ -14,7 +14,9 @@ use tokio_util::sync::CancellationToken;
 use tokio_util::task::TaskTracker;
 
 use crate::backoff::Backoff;
-use crate::lease::{JobKind, RetryPolicy, WARN_AFTER_FAILURES, WorkerError, send_with_retry};
+use crate::lease::{
+    JobKind, OTHER_VERSION_WAIT, RetryPolicy, WARN_AFTER_FAILURES, WorkerError, send_with_retry,
+};
 
 /// Longest time that a server may delay its answer if it has no job, in milliseconds.
 pub(crate) const LONG_POLL_MS: u32 = 20_000;
@@ -22,6 +24,8 @@ pub(crate) const LONG_POLL_MS: u32 = 20_000;
 const RESERVED: Duration = Duration::from_millis(250);
 /// Interval at which the server's name is resolved again.
 const RESOLVE: Duration = Duration::from_secs(5);
+/// Interval between warnings of servers of another version.
+const WARN_INTERVAL: Duration = Duration::from_secs(60);
 /// Time for returning a lease for which no slot was free. A lease not returned by then expires.
 const RETURN_LIMIT: Duration = Duration::from_secs(10);
 /// Time for returning leases at shutdown. Leases not returned by then expire.
@@ -92,6 +96,8 @@ pub(crate) struct Claims {
     slots: Arc<Semaphore>,
     /// True if several servers are polled.
     is_shared: Arc<AtomicBool>,
+    /// Time of the last warning of a server of another version.
+    warned: Arc<Mutex<Option<Instant>>>,
     jobs: TaskTracker,
     shutdown: CancellationToken,
 }
@@ -102,8 +108,18 @@ impl Claims {
             worker: worker.to_owned(),
             slots: Arc::new(Semaphore::new(concurrent)),
             is_shared: Arc::default(),
+            warned: Arc::default(),
             jobs: TaskTracker::new(),
             shutdown,
+        }
+    }
+
+    /// Warns of a server of another version, at most once a minute.
+    fn warn_of_version(&self, kind: &str, reason: &str) {
+        let mut warned = self.warned.lock().expect("no code panics while holding this lock");
+        if warned.is_none_or(|last| last.elapsed() >= WARN_INTERVAL) {
+            *warned = Some(Instant::now());
+            tracing::warn!(kind, reason, "a server gives no jobs to this worker; trying again");
         }
     }
 }
@@ -228,6 +244,7 @@ impl<K: JobKind> Poll<K> {
     /// Returns [`WorkerError::Refused`] if the server rejects the token.
     async fn run(self) -> Result<(), WorkerError> {
         let (mut backoff, kind) = (Backoff::default(), self.kind.name());
+        let mut is_other_version = false;
         loop {
             let slot = tokio::select! {
                 biased;
@@ -235,8 +252,10 @@ impl<K: JobKind> Poll<K> {
                 slot = self.claims.slots.clone().acquire_owned() => slot,
             };
             let slot = slot.expect("the semaphore is never closed");
-            let error = match self.claim(slot, backoff.failures() > 0).await {
+            let has_failed = is_other_version || backoff.failures() > 0;
+            let error = match self.claim(slot, has_failed).await {
                 Ok(granted) => {
+                    is_other_version = false;
                     if backoff.failures() >= WARN_AFTER_FAILURES {
                         tracing::info!(kind, "the server responds again");
                     }
@@ -250,6 +269,15 @@ impl<K: JobKind> Poll<K> {
                 Err(error @ ClientError::Refused(_)) => return Err(WorkerError::Refused(error)),
                 Err(error) => error,
             };
+            is_other_version = matches!(error, ClientError::OtherVersion(_));
+            if is_other_version {
+                // Servers and workers are being upgraded.
+                self.claims.warn_of_version(kind, &error.to_string());
+                backoff.reset();
+                self.state.is_unreachable.store(false, Ordering::Relaxed);
+                self.pause(OTHER_VERSION_WAIT).await;
+                continue;
+            }
             let wait = backoff.next();
             // A single failure is normal while a server restarts. Warn once if failures continue.
             if backoff.failures() == WARN_AFTER_FAILURES {
@@ -260,11 +288,13 @@ impl<K: JobKind> Poll<K> {
             let is_transport = matches!(error, ClientError::Transport(_));
             let is_unreachable = is_transport && backoff.failures() >= WARN_AFTER_FAILURES;
             self.state.is_unreachable.store(is_unreachable, Ordering::Relaxed);
-            tokio::select! {
-                () = tokio::time::sleep(wait) => {}
-                () = self.state.end.cancelled() => return Ok(()),
-            }
+            self.pause(wait).await;
         }
+    }
+
+    /// Waits for this time or until the poll is ended.
+    async fn pause(&self, time: Duration) {
+        let _ = self.state.end.run_until_cancelled(tokio::time::sleep(time)).await;
     }
 
     /// Requests a job. Returns it with the slot if that is still reserved; `None` if there was none

@@ -42,6 +42,8 @@ struct FakeServer {
     queued: Mutex<Vec<JobId>>,
     late: Mutex<Vec<JobId>>,
     polls: Option<Arc<Barrier>>,
+    /// Number of claims that are refused: the server has another version until then.
+    refusals: AtomicUsize,
     /// Delays of the claims, in milliseconds.
     waits: Mutex<Vec<u32>>,
     released: Mutex<Vec<JobId>>,
@@ -54,6 +56,7 @@ impl FakeServer {
             queued: jobs(queued),
             late: jobs(late),
             polls: polls.cloned(),
+            refusals: AtomicUsize::default(),
             waits: Mutex::default(),
             released: Mutex::default(),
         })
@@ -63,6 +66,10 @@ impl FakeServer {
         if request == CLAIM {
             let ExportRequest { wait_ms, .. } = decode(&body).unwrap();
             self.waits.lock().unwrap().push(wait_ms);
+            let less = |left: usize| left.checked_sub(1);
+            if self.refusals.fetch_update(Ordering::Relaxed, Ordering::Relaxed, less).is_ok() {
+                return (412, b"{}".to_vec());
+            }
             let job = if wait_ms == 0 {
                 self.queued.lock().unwrap().pop()
             } else {
@@ -311,6 +318,21 @@ async fn poll_is_started_again_when_it_panics() {
     let server = FakeServer::new(0, 1, None);
     let name = FakeName::new(&[(FIRST, &server)]).await;
     FakeWorker::start(&name, true).next().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn servers_of_another_version_are_asked_again_while_others_give_jobs() {
+    let servers = [FakeServer::new(1, 0, None), FakeServer::new(1, 0, None)];
+    servers[0].refusals.store(1, Ordering::Relaxed);
+    let jobs = servers.each_ref().map(|server| server.queued.lock().unwrap()[0]);
+    let name = FakeName::new(&[(FIRST, &servers[0]), (SECOND, &servers[1])]).await;
+    let mut worker = FakeWorker::start(&name, false);
+    assert_eq!(worker.next().await, jobs[1]);
+    worker.end.cancel();
+    // The first server is replaced by one of the worker's version.
+    assert_eq!(worker.next().await, jobs[0]);
+    assert_eq!(servers[0].refusals.load(Ordering::Relaxed), 0);
+    assert!(!worker.claims.is_finished());
 }
 
 #[test]

@@ -13,7 +13,8 @@ use tokio_util::sync::CancellationToken;
 
 use crate::claim::run_jobs;
 use crate::lease::{
-    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, send_with_retry,
+    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, leave_to_others, renew_lease,
+    send_with_retry,
 };
 
 /// Name of the format that is the genome as text.
@@ -75,6 +76,7 @@ impl JobKind for ExportContext {
             () = renew_lease::<Self, _>(ttl, || self.client.heartbeat(&ticket)) => Err(Interrupted::Stale),
             () = self.shutdown.cancelled() => Err(Interrupted::Release("shutting down".to_owned())),
         };
+        let mut is_for_others = false;
         let sent = match ended {
             Ok(()) | Err(Interrupted::Stale) => return tracing::debug!(%job, "export ended"),
             Err(Interrupted::Failed(reason)) => {
@@ -86,9 +88,17 @@ impl JobKind for ExportContext {
                 tracing::info!(%job, reason, "export returned to the queue");
                 self.client.release(&ticket).await
             }
+            Err(Interrupted::OtherVersion(reason)) => {
+                tracing::warn!(%job, reason, "export returned to the queue");
+                is_for_others = true;
+                self.client.release(&ticket).await
+            }
         };
         if let Err(error) = sent {
             tracing::debug!(%job, %error, "cannot return the export; its lease will expire");
+        }
+        if is_for_others {
+            leave_to_others(&self.shutdown).await;
         }
     }
 }
@@ -100,7 +110,9 @@ impl ExportContext {
         for file in files {
             let ExportFile { number, genome, format } = file;
             let genome = usize::try_from(genome).ok().and_then(|index| genomes.get(index)).cloned();
-            let genome = genome.ok_or_else(other_version)?;
+            let genome = genome.ok_or_else(|| {
+                Interrupted::Failed(format!("the grant has no genome of file {number}"))
+            })?;
             let made = tokio::task::spawn_blocking(move || made(&genome, &format, energy_limit));
             let made = made.await.map_err(|_| Interrupted::Failed("an export panicked".to_owned()));
             let Exported { bytes, note } = made??;
@@ -133,11 +145,8 @@ fn made(genome: &[u8], format: &str, energy_limit: Option<bool>) -> Result<Expor
     if format == TEXT {
         return Ok(genome.to_string().into());
     }
-    let format: Format = format.parse().map_err(|_| other_version())?;
+    let known: Result<Format, _> = format.parse();
+    let format = known.map_err(|_| Interrupted::unknown("format", format))?;
     export_genome(&genome, format, energy_limit, Within::default())
         .map_err(|error| Interrupted::Failed(error.to_string()))
-}
-
-fn other_version() -> Interrupted {
-    Interrupted::Failed("server and worker are of different versions".to_owned())
 }

@@ -6,14 +6,18 @@ use std::time::Duration;
 use brood_light::{AssetRef, LightAssets};
 use brood_protocol::{
     ClientError, JobId, LeaseGrant, LeaseRenewal, LeaseRequest, LeaseResults, LeaseTicket,
-    LightAssetFile, MeshSource, Queue, RenderJob, RenderOutcome, TargetSource, WorkerClient,
+    LightAssetFile, MeshSource, Queue, RENDERER_VERSION, RenderJob, RenderOutcome, TargetSource,
+    WorkerClient,
 };
+use brood_target::TargetKind;
 use tokio::sync::{mpsc, oneshot};
 use tokio_util::sync::CancellationToken;
 
 use crate::error::RenderError;
 use crate::job_control::JobControl;
-use crate::lease::{Interrupted, JobKind, RetryPolicy, renew_lease, send_with_retry};
+use crate::lease::{
+    Interrupted, JobKind, RetryPolicy, leave_to_others, renew_lease, send_with_retry,
+};
 use crate::light_asset_cache::LightAssetCache;
 use crate::render_thread::RenderRequest;
 use crate::renderer::Renderer;
@@ -93,6 +97,14 @@ impl JobKind for RenderContext {
                 }
                 return;
             }
+            Err(Interrupted::OtherVersion(reason)) => {
+                tracing::warn!(%job, reason, "job returned to the queue");
+                if let Err(error) = self.client.release(&ticket).await {
+                    tracing::debug!(%job, %error, "cannot return the lease; it will expire");
+                }
+                leave_to_others(&self.shutdown).await;
+                return;
+            }
         };
         if let RenderOutcome::Failed(reason) = &outcome {
             tracing::warn!(%job, reason, "job failed");
@@ -123,6 +135,11 @@ impl RenderContext {
         work: RenderJob,
         control: JobControl,
     ) -> Result<RenderOutcome, Interrupted> {
+        if work.renderer_version != RENDERER_VERSION {
+            // Its pictures would corrupt the server's cache.
+            let version = work.renderer_version.to_string();
+            return Err(Interrupted::unknown("renderer", &version));
+        }
         let mut targets = Vec::with_capacity(work.items.len());
         for item in &work.items {
             targets.push(match item.subject.target() {
@@ -151,6 +168,9 @@ impl RenderContext {
     async fn target(&self, source: &TargetSource) -> Result<Arc<LoadedTarget>, Interrupted> {
         if let Some(target) = self.renderer.targets.get(&source.hash) {
             return Ok(target);
+        }
+        if source.kind.parse::<TargetKind>().is_err() {
+            return Err(Interrupted::unknown("target", &source.kind));
         }
         let bytes = self.client.target(&source.hash).await;
         let bytes = bytes.map_err(|error| Interrupted::by("download the target", error))?;

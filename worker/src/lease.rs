@@ -14,6 +14,10 @@ pub(crate) const WARN_AFTER_FAILURES: u32 = 3;
 /// Interval of the renewals of long jobs.
 pub(crate) const HEARTBEAT: Duration = Duration::from_secs(5);
 
+/// Time until a worker requests a job again where the server or the last job was of another
+/// version.
+pub(crate) const OTHER_VERSION_WAIT: Duration = Duration::from_secs(5);
+
 /// Error that ends a worker.
 #[derive(Debug, thiserror::Error)]
 pub enum WorkerError {
@@ -37,14 +41,22 @@ pub(crate) enum Interrupted {
     Failed(String),
     /// The job is returned to its queue for another worker.
     Release(String),
+    /// The job is returned to its queue for a worker of another version.
+    OtherVersion(String),
 }
 
 impl Interrupted {
+    /// The job has `what`, which this worker does not know.
+    pub(crate) fn unknown(what: &str, name: &str) -> Self {
+        Self::OtherVersion(format!("the job is for a worker of another version: {what} {name:?}"))
+    }
+
     /// Classifies the error of a call: a rejected request fails the job, an unreachable or broken
     /// server does not. `what` names the call.
     pub(crate) fn by(what: &str, error: ClientError) -> Self {
         match error {
             ClientError::Stale => Self::Stale,
+            error @ ClientError::OtherVersion(_) => Self::OtherVersion(error.to_string()),
             ClientError::Wire(error) => Self::Failed(error.to_string()),
             ClientError::Status { status, detail } if status.is_client_error() => {
                 Self::Failed(format!("cannot {what} ({status}): {detail}"))
@@ -52,6 +64,12 @@ impl Interrupted {
             error => Self::Release(error.to_string()),
         }
     }
+}
+
+/// Keeps the slot of a job that was returned for a worker of another version, so that this worker
+/// does not claim it again at once.
+pub(crate) async fn leave_to_others(shutdown: &CancellationToken) {
+    let _ = shutdown.run_until_cancelled(tokio::time::sleep(OTHER_VERSION_WAIT)).await;
 }
 
 /// Kind of leased job, with the resources that a worker shares among its jobs.

@@ -17,7 +17,8 @@ use tokio_util::sync::CancellationToken;
 
 use crate::claim::run_jobs;
 use crate::lease::{
-    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, renew_lease, send_with_retry,
+    HEARTBEAT, Interrupted, JobKind, RetryPolicy, WorkerError, leave_to_others, renew_lease,
+    send_with_retry,
 };
 use crate::search_run::{SearchRun, StepBatch};
 use crate::search_target::SearchTarget;
@@ -135,6 +136,7 @@ impl JobKind for SearchContext {
         };
         // A computation that is still running checks this flag after each generation.
         stop.store(true, Ordering::Relaxed);
+        let mut is_for_others = false;
         let sent = match ended {
             Ok(()) | Err(Interrupted::Stale) => return tracing::debug!(%job, "search ended"),
             Err(Interrupted::Failed(reason)) => {
@@ -143,11 +145,19 @@ impl JobKind for SearchContext {
             }
             Err(Interrupted::Release(reason)) => {
                 tracing::info!(%job, reason, "search returned to the queue");
-                self.client.release(&ticket).await
+                self.release(&ticket).await
+            }
+            Err(Interrupted::OtherVersion(reason)) => {
+                tracing::warn!(%job, reason, "search returned to the queue");
+                is_for_others = true;
+                self.release(&ticket).await
             }
         };
         if let Err(error) = sent {
             tracing::debug!(%job, %error, "cannot return the search; its lease will expire");
+        }
+        if is_for_others {
+            leave_to_others(&self.shutdown).await;
         }
     }
 }
@@ -176,9 +186,7 @@ impl SearchContext {
         {
             return Ok(());
         }
-        let mut run = blocking(&pool, move || SearchRun::new(grant, target))
-            .await?
-            .map_err(Interrupted::Failed)?;
+        let mut run = blocking(&pool, move || SearchRun::new(grant, target)).await??;
         loop {
             let (back, batch) = blocking(&pool, {
                 let stop = stop.clone();
@@ -246,15 +254,20 @@ impl SearchContext {
             return Ok(target);
         }
         let kind: Result<TargetKind, _> = grant.target_kind.parse();
-        let kind = kind.map_err(|_| {
-            Interrupted::Failed("server and worker are of different versions".to_owned())
-        })?;
+        let kind = kind.map_err(|_| Interrupted::unknown("target", &grant.target_kind))?;
         let bytes = self.client.target(&hash).await;
         let bytes = bytes.map_err(|error| Interrupted::by("download the target", error))?;
         let read = blocking(pool, move || SearchTarget::read(kind, &bytes)).await?;
         let target = Arc::new(read.map_err(Interrupted::Failed)?);
         self.targets.insert(hash, target.clone());
         Ok(target)
+    }
+
+    async fn release(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
+        match self.granter.release(ticket).await {
+            Err(ClientError::Transport(_)) => self.client.release(ticket).await,
+            answer => answer,
+        }
     }
 
     async fn renew(&self, ticket: &SearchTicket) -> Result<(), ClientError> {

@@ -13,12 +13,13 @@ use brood_protocol::{
     ReportedSpread, SearchGrant, SearchUpdate,
 };
 use brood_search::{
-    Candidate, Found, MIGRATION, NextPicture, Options, Progress, Search, Spread, SpreadMap,
-    TimeBudget, island_seed,
+    Candidate, Found, MIGRATION, NextPicture, Options, Progress, Search, SearchError, Spread,
+    SpreadMap, TimeBudget, island_seed,
 };
 use brood_target::{KnownView, Objective, Strategy, TargetFile};
 use rayon::prelude::*;
 
+use crate::lease::Interrupted;
 use crate::search_target::SearchTarget;
 use crate::spread_picture::darkest_and_brightest;
 use crate::view_comparison::ViewComparison;
@@ -63,21 +64,25 @@ pub(crate) struct StepBatch {
 
 impl SearchRun {
     /// Starts a search or resumes it from the checkpoint.
-    pub(crate) fn new(grant: SearchGrant, target: Arc<SearchTarget>) -> Result<Self, String> {
-        let strategy: Strategy = grant
-            .strategy
-            .parse()
-            .map_err(|_| "server and worker are of different versions".to_owned())?;
+    pub(crate) fn new(grant: SearchGrant, target: Arc<SearchTarget>) -> Result<Self, Interrupted> {
+        let strategy: Result<Strategy, _> = grant.strategy.parse();
+        let strategy = strategy.map_err(|_| Interrupted::unknown("strategy", &grant.strategy))?;
         let objective = Objective::from_name(&grant.objective)
-            .ok_or_else(|| "server and worker are of different versions".to_owned())?;
+            .ok_or_else(|| Interrupted::unknown("objective", &grant.objective))?;
         let start = grant.start.iter().map(|bytes| Genome::from_canonical_bytes(bytes));
-        let start = start.collect::<Result<Vec<_>, _>>().map_err(|error| error.to_string())?;
+        let start = start.collect::<Result<Vec<_>, _>>();
+        let start = start.map_err(|error| Interrupted::Failed(error.to_string()))?;
         let (seed, is_mirrored) = (island_seed(grant.seed, grant.island), grant.is_mirrored);
         let options = Options { strategy, seed, is_mirrored, start, objective };
         let search = match &grant.checkpoint {
             None => Search::new(&target.file.target.fitted, &options),
-            Some(state) => Search::resume(&target.file.target.fitted, &options, state)
-                .map_err(|error| error.to_string())?,
+            Some(state) => match Search::resume(&target.file.target.fitted, &options, state) {
+                Ok(search) => search,
+                Err(error @ SearchError::Later) => {
+                    return Err(Interrupted::OtherVersion(error.to_string()));
+                }
+                Err(error) => return Err(Interrupted::Failed(error.to_string())),
+            },
         };
         let mut run = Self {
             search: search.reporting(&target.file.target.held),
@@ -96,7 +101,7 @@ impl SearchRun {
             saved: Instant::now(),
         };
         if let Some(arrival) = &grant.arrival {
-            run.take(arrival)?;
+            run.take(arrival).map_err(Interrupted::Failed)?;
         }
         Ok(run)
     }

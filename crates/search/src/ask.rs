@@ -115,7 +115,7 @@ impl AskTell {
     /// Restores a search from a checkpoint, with the same options.
     ///
     /// # Errors
-    /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and
+    /// Returns [`SearchError::Version`] or [`SearchError::Later`] if another version wrote it, and
     /// [`SearchError::Damaged`] if it cannot be decoded.
     pub fn resume(options: AskOptions, checkpoint: &[u8]) -> Result<Self, SearchError> {
         let state = SearchError::check_version(checkpoint, VERSION)?;

@@ -57,7 +57,8 @@ fn resume_changes_nothing() {
     }
     assert_eq!(broken.checkpoint(), whole.checkpoint());
     assert!(matches!(AskTell::resume(options(), &[]), Err(SearchError::Damaged)));
-    assert!(matches!(AskTell::resume(options(), &[9, 1]), Err(SearchError::Version)));
+    assert!(matches!(AskTell::resume(options(), &[1, 1]), Err(SearchError::Version)));
+    assert!(matches!(AskTell::resume(options(), &[9, 1]), Err(SearchError::Later)));
 }
 
 #[test]

@@ -52,9 +52,12 @@ impl Default for Options {
 /// Error of resuming a search from a checkpoint.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SearchError {
-    /// The checkpoint has another version.
+    /// The checkpoint has an earlier version.
     #[error("the checkpoint was written by another version of this program")]
     Version,
+    /// The checkpoint has a later version.
+    #[error("the checkpoint was written by a later version of this program")]
+    Later,
     /// The checkpoint cannot be decoded, or belongs to another search.
     #[error("the checkpoint is damaged, or one of another search")]
     Damaged,
@@ -65,6 +68,7 @@ impl SearchError {
     pub(crate) fn check_version(checkpoint: &[u8], version: u8) -> Result<&[u8], Self> {
         match checkpoint.split_first() {
             Some((own, state)) if *own == version => Ok(state),
+            Some((own, _)) if *own > version => Err(Self::Later),
             Some(_) => Err(Self::Version),
             None => Err(Self::Damaged),
         }
@@ -153,7 +157,7 @@ impl Search {
     /// a wrong one is not detected. Call [`Search::reporting`] again if the search had it.
     ///
     /// # Errors
-    /// Returns [`SearchError::Version`] if another version wrote the checkpoint, and
+    /// Returns [`SearchError::Version`] or [`SearchError::Later`] if another version wrote it, and
     /// [`SearchError::Damaged`] if it cannot be decoded or has another form than a search of this
     /// strategy.
     pub fn resume(

@@ -24,7 +24,8 @@ impl From<JobId> for Topic {
     }
 }
 
-/// Message to the other servers.
+/// Message to the other servers. A server of an earlier version that does not know a message does
+/// what a loss of messages needs; it ignores fields that it does not know.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) enum Message {
     /// Event of a stream.
