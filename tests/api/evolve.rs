@@ -136,5 +136,5 @@ fn invalid_answers_are_refused_in_one_line() {
     let state = path(folder.path(), "state");
     std::fs::write(&state, b"something else").unwrap();
     let finished = brood(["evolve", "--state", &state]);
-    assert!(finished.stderr.contains("another version of this program"), "{}", finished.stderr);
+    assert!(finished.stderr.contains("a later version of this program"), "{}", finished.stderr);
 }

@@ -45,6 +45,7 @@ mod painted;
 mod painting;
 mod picture;
 mod preset;
+mod rolling_upgrade;
 mod scene;
 mod scene_image;
 mod search;

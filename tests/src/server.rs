@@ -104,6 +104,12 @@ impl TestServer {
         &self.address
     }
 
+    /// Returns the address of the PostgreSQL database; `None` on SQLite.
+    #[must_use]
+    pub fn database(&self) -> Option<String> {
+        database::of(self.data.path())
+    }
+
     /// Returns the server's process id.
     #[must_use]
     pub fn process(&self) -> u32 {

@@ -34,8 +34,9 @@ const CERTIFICATE: [&str; 13] = [
     "subjectAltName=DNS:localhost",
 ];
 /// Tests of the API that run on PostgreSQL in each run of all tests: those of what is stored.
-const STORED: &str = "test(/^(access|breed|comparison|edit|export_job|genome|idempotency|individual|islands|\
-    job|lineage|lineage_list|lock|mesh|operation|scene|search|several_servers|start|target)::/)";
+const STORED: &str = "test(/^(access|breed|comparison|edit|export_job|genome|idempotency|individual|\
+    islands|job|lineage|lineage_list|lock|mesh|operation|rolling_upgrade|scene|search|several_servers|\
+    start|target)::/)";
 /// Tests that read or change SQLite's files.
 const OF_FILES: &str = "test(/^upgrade::/) or test(/an_earlier_version/) or test(/^command_line::/) \
     or test(=access::routes_require_a_token_of_the_right_scope_when_a_token_exists)";
