@@ -14,7 +14,7 @@ use brood_protocol::{JobId, JobStatus};
 use crate::clock::steady_ms;
 use crate::column::Key;
 use crate::error::{LEASE_ENDED, Result, changed};
-use crate::lease::{EndedLease, LeasedTable, LostLeases};
+use crate::lease::{EndedLease, LeasedTable, LostLeases, ReadReturned};
 use crate::row::{Record, insert_rows, record, returning, select, signed, values};
 use crate::sql::{Conn, query};
 use crate::write::operation;
@@ -335,21 +335,8 @@ impl Store {
         lost: LostLeases,
         now_ms: i64,
     ) -> Result<Vec<(EndedLease, StoredExport)>> {
-        let Some(death) = lease::any_lost(self, LeasedTable::Export, &lost).await? else {
-            return Ok(Vec::new());
-        };
-        let ended = self.write_relaxed(operation!(|conn| {
-            let mut ended = Vec::new();
-            let lost = (&lost, death);
-            for lease in lease::end_lost(conn, LeasedTable::Export, lost, now_ms).await? {
-                let export = fetch_returned(conn, lease.id).await?;
-                ended.push((lease, export));
-            }
-            Ok(ended)
-        }));
-        let ended = ended.await;
-        self.lease_faults().note(&ended);
-        ended
+        let read: ReadReturned<_> = |conn, id, _| Box::pin(fetch_returned(conn, id));
+        lease::end_lost(self, LeasedTable::Export, lost, now_ms, read).await
     }
 
     /// Deletes an export that has ended. The caller deletes its files.

@@ -19,7 +19,7 @@ use crate::error::{LEASE_ENDED, Result, changed};
 use crate::lease_fault::{FORGIVEN, RENEWAL};
 use crate::row::{Record, record, select, signed};
 use crate::sql::{Conn, Query, query};
-use crate::write::operation;
+use crate::write::{WriteFuture, operation};
 
 /// A job fails after this many consecutive deaths of its workers without a checkpoint or a file. A
 /// long search must not fail because its machine runs out of memory once a day.
@@ -43,10 +43,6 @@ impl LeasedTable {
         }
     }
 }
-
-/// True if the end of a lease counts as a death of its worker.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Death(bool);
 
 record! {
     /// Lease that has ended.
@@ -144,13 +140,42 @@ pub(crate) async fn release(
     changed(done, LEASE_ENDED)
 }
 
-/// Returns what the end of lost leases counts as; `None` if there are none, or none may end now. A
-/// worker may renew its lease before it is [ended](end_lost).
-pub(crate) async fn any_lost(
+/// Reads a job whose lease has just ended, by its id, at a time in milliseconds since 1970-01-01
+/// UTC.
+pub(crate) type ReadReturned<T> =
+    for<'c> fn(&'c mut Conn, JobId, i64) -> WriteFuture<'c, Result<T>>;
+
+/// Returns the jobs of lost leases to their queue, as [`release`] does. Returns the leases and the
+/// changed jobs. A worker may renew its lease until the last moment.
+pub(crate) async fn end_lost<T: Send + 'static>(
     store: &Store,
     table: LeasedTable,
-    lost: &LostLeases,
-) -> Result<Option<Death>> {
+    lost: LostLeases,
+    now_ms: i64,
+    read: ReadReturned<T>,
+) -> Result<Vec<(EndedLease, T)>> {
+    let Some(died) = any_lost(store, table, &lost).await? else { return Ok(Vec::new()) };
+    let ended = store.write_relaxed(operation!(|conn| {
+        // Two servers may end leases at the same time.
+        let rows =
+            selection(table, &lost, "/*pg: FOR UPDATE SKIP LOCKED*/").fetch_all(conn).await?;
+        let mut ended = Vec::new();
+        for row in &rows {
+            let lease = EndedLease::read(row)?;
+            release(conn, table, (lease.id, lease.epoch), died, now_ms).await?;
+            let job = read(conn, lease.id, now_ms).await?;
+            ended.push((lease, job));
+        }
+        Ok(ended)
+    }));
+    let ended = ended.await;
+    store.lease_faults().note(&ended);
+    ended
+}
+
+/// Returns `None` if there are no lost leases, or if none may end now; otherwise true if their ends
+/// count as deaths of the workers.
+async fn any_lost(store: &Store, table: LeasedTable, lost: &LostLeases) -> Result<Option<bool>> {
     let faults = store.lease_faults();
     if *lost == LostLeases::Expired && faults.is_within(RENEWAL) {
         return Ok(None);
@@ -162,26 +187,10 @@ pub(crate) async fn any_lost(
         return Ok(None);
     }
     Ok(Some(match lost {
-        LostLeases::Expired if faults.is_within(FORGIVEN) => Death(false),
-        LostLeases::Expired | LostLeases::OfWorker(_) => Death(true),
-        LostLeases::OfStopped(_) | LostLeases::OfProcess => Death(false),
+        LostLeases::Expired => !faults.is_within(FORGIVEN),
+        LostLeases::OfWorker(_) => true,
+        LostLeases::OfStopped(_) | LostLeases::OfProcess => false,
     }))
-}
-
-/// Returns the jobs of lost leases to their queue, as [`release`] does. Returns the leases.
-pub(crate) async fn end_lost(
-    conn: &mut Conn,
-    table: LeasedTable,
-    (lost, Death(died)): (&LostLeases, Death),
-    now_ms: i64,
-) -> Result<Vec<EndedLease>> {
-    // Two servers may end leases at the same time.
-    let rows = selection(table, lost, "/*pg: FOR UPDATE SKIP LOCKED*/").fetch_all(conn).await?;
-    let leases = rows.iter().map(EndedLease::read).collect::<Result<Vec<_>>>()?;
-    for lease in &leases {
-        release(conn, table, (lease.id, lease.epoch), died, now_ms).await?;
-    }
-    Ok(leases)
 }
 
 fn selection(table: LeasedTable, lost: &LostLeases, lock: &str) -> Query {

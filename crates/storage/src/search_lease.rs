@@ -16,7 +16,7 @@ use crate::clock::steady_ms;
 use crate::column::{Key, optional_key};
 use crate::error::{LEASE_ENDED, Result, changed};
 use crate::island::{self, CLAIMABLE, StoredArrival};
-use crate::lease::{EndedLease, LeasedTable, LostLeases};
+use crate::lease::{EndedLease, LeasedTable, LostLeases, ReadReturned};
 use crate::row::{Record, insert_rows, record, returning, signed, values};
 use crate::search::{self, NEXT_TURN, SearchEnd, StoredSearch};
 use crate::sql::{Conn, query};
@@ -208,21 +208,8 @@ impl Store {
         lost: LostLeases,
         now_ms: i64,
     ) -> Result<Vec<(EndedLease, StoredSearch)>> {
-        let Some(death) = lease::any_lost(self, LeasedTable::Search, &lost).await? else {
-            return Ok(Vec::new());
-        };
-        let ended = self.write_relaxed(operation!(|conn| {
-            let mut ended = Vec::new();
-            let lost = (&lost, death);
-            for lease in lease::end_lost(conn, LeasedTable::Search, lost, now_ms).await? {
-                let search = released(conn, lease.id, now_ms).await?;
-                ended.push((lease, search));
-            }
-            Ok(ended)
-        }));
-        let ended = ended.await;
-        self.lease_faults().note(&ended);
-        ended
+        let read: ReadReturned<_> = |conn, id, now_ms| Box::pin(released(conn, id, now_ms));
+        lease::end_lost(self, LeasedTable::Search, lost, now_ms, read).await
     }
 }
 

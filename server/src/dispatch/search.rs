@@ -239,10 +239,7 @@ impl Searches {
         };
         // The answer to a report was lost, and the worker repeats it.
         if let Some(last) = last.filter(|last| last.generation <= search.generation) {
-            return match migrates && !is_paused {
-                true => self.directive_after_migration(search, last.generation).await,
-                false => Ok(directive),
-            };
+            return self.repeated(search, directive, migrates.then_some(last.generation)).await;
         }
         let follows = lines.iter().map(|line| line.generation);
         if lines.len() > REPORT_LINES || !follows.eq((search.generation + 1..).take(lines.len())) {
@@ -295,7 +292,10 @@ impl Searches {
             Err(error) if error.status() == StatusCode::CONFLICT => {
                 let now = self.store.search(search.id).await.map_err(stale_or)?;
                 let is_stored = now.epoch == search.epoch && now.generation >= generation;
-                return if is_stored && last.is_some() { Ok(directive) } else { Err(error) };
+                if !is_stored || last.is_none() {
+                    return Err(error);
+                }
+                return self.repeated(&now, directive, migrates.then_some(generation)).await;
             }
             Err(error) => return Err(error),
         };

@@ -9,7 +9,7 @@ use brood_storage::{IslandEnd, StorageError, StoredArrival, StoredSearch};
 use serde::{Deserialize, Serialize};
 
 use super::Searches;
-use crate::dispatch::lease::stale_or;
+use crate::dispatch::lease::{stale, stale_or};
 use crate::problem::ApiError;
 
 /// A best material of one island is recorded if its validation error is below this share of that of
@@ -120,16 +120,20 @@ impl Searches {
         arrival.map_err(|error| ApiError::internal(format!("decode migrants: {error}")))
     }
 
-    /// Returns the answer to a repeated report of emigrants, which kept its lease.
-    pub(super) async fn directive_after_migration(
+    /// Returns the answer to a repeated report, which has kept its lease: `directive`, or what has
+    /// come of the island before, if it is one of emigrants after this generation.
+    pub(super) async fn repeated(
         &self,
         island: &StoredSearch,
-        generation: u32,
+        directive: Directive,
+        migration: Option<u32>,
     ) -> Result<Directive, ApiError> {
-        Ok(match self.arrival(island, generation).await? {
-            Some(arrival) => Directive::Take(arrival),
-            None => Directive::Continue,
-        })
+        let Some(generation) = migration.filter(|_| directive == Directive::Continue) else {
+            return Ok(directive);
+        };
+        let arrival = self.arrival(island, generation).await?;
+        // An island whose predecessor has sent nothing has lost its lease.
+        arrival.map(Directive::Take).ok_or_else(stale)
     }
 
     /// Returns the best material of an island's report, unless another island has recorded one
