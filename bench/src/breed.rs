@@ -1,7 +1,6 @@
 //! `brood bench breed`: times broods of 20 children, from the request to the last of 21 pictures
 //! (the parent's included), and splits that time into stages.
 
-mod api;
 mod load;
 mod search;
 mod stage;
@@ -14,11 +13,11 @@ use brood_protocol::{Backend, Generation, Lineage, TOKEN_VARIABLE};
 use clap::Args;
 use serde_json::{Value, json};
 
-use self::api::Api;
 use self::load::Load;
 use self::search::Searches;
 use self::stage::{Sample, figures, slowest, stages};
 use super::own_server::OwnServer;
+use crate::api::Api;
 use crate::{logging, output};
 
 /// Options of `brood bench breed`.

@@ -20,6 +20,7 @@
 
 mod all;
 mod amount;
+mod api;
 mod breed;
 mod brood;
 pub mod budget;
@@ -51,6 +52,7 @@ mod start;
 mod stress;
 mod style;
 mod target;
+mod throughput;
 
 use anyhow::Result;
 pub use brood::steer_word;
@@ -101,6 +103,8 @@ pub enum BenchCommand {
     Stress(stress::BenchStressArgs),
     /// Time painted materials on new and known scenes, in memory, with their errors
     Style(style::BenchStyleArgs),
+    /// Count broods per second of many clients at running servers, with workers that sleep
+    Throughput(throughput::BenchThroughputArgs),
 }
 
 /// Runs the command.
@@ -128,5 +132,6 @@ pub fn run(command: &BenchCommand, json: bool) -> Result<()> {
         BenchCommand::Start(args) => start::run(args, json),
         BenchCommand::Stress(args) => stress::run(args, json),
         BenchCommand::Style(args) => style::run(args, json),
+        BenchCommand::Throughput(args) => throughput::run(args, json),
     }
 }

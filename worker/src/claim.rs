@@ -23,7 +23,7 @@ pub(crate) const LONG_POLL_MS: u32 = 20_000;
 /// Longest time that a slot is reserved for the answer of one server.
 const RESERVED: Duration = Duration::from_millis(250);
 /// Interval at which the server's name is resolved again.
-const RESOLVE: Duration = Duration::from_secs(5);
+pub(crate) const RESOLVE: Duration = Duration::from_secs(5);
 /// Interval between warnings of servers of another version.
 const WARN_INTERVAL: Duration = Duration::from_secs(60);
 /// Time for returning a lease for which no slot was free. A lease not returned by then expires.

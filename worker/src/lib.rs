@@ -2,8 +2,8 @@
 //!
 //! Render jobs run on the fastest bit-exact evaluator, which is chosen by a benchmark at the start;
 //! meshes, sample sets, programs and targets are cached. [`run`] renders, [`run_searches`]
-//! searches, [`run_exports`] exports, all through the lease protocol. [`Renderer`] also works
-//! without a server.
+//! searches, [`run_exports`] exports, all through the lease protocol. [`run_sleepers`] loads servers
+//! in benchmarks. [`Renderer`] also works without a server.
 //!
 //! ```
 //! use brood_genome::{BirthKey, Dialect, Variation};
@@ -55,6 +55,7 @@ mod search_run;
 mod search_target;
 mod shot;
 mod sight;
+mod sleeper;
 mod spread_picture;
 mod subject;
 mod surroundings;
@@ -75,5 +76,6 @@ pub use render_worker::{WorkerConfig, run};
 pub use renderer::Renderer;
 pub use scene_view::LoadedMesh;
 pub use search::{SearcherConfig, run_searches};
+pub use sleeper::{SleepCounters, SleeperConfig, run_sleepers};
 pub use spread_picture::{darkest_and_brightest, map_picture};
 pub use view_comparison::ViewComparison;

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::api::Api;
+use crate::api::Api;
 
 /// Time after which the clients of animations leave.
 const PATIENCE: Duration = Duration::from_millis(1500);

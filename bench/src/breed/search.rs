@@ -9,7 +9,7 @@ use brood_export::samples_csv;
 use brood_target::draw_pairs;
 use serde_json::{Value, json};
 
-use super::api::Api;
+use crate::api::Api;
 
 const SAMPLES: usize = 4000;
 /// Budget of a search; longer than any benchmark.

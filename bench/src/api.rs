@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail, ensure};
 use brood_protocol::Generation;
 use futures::future::try_join_all;
 use reqwest::header::{CONTENT_TYPE, HeaderMap};
-use reqwest::{Client, RequestBuilder};
+use reqwest::{Client, RequestBuilder, StatusCode};
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
@@ -52,6 +52,32 @@ impl Api {
         Ok(())
     }
 
+    /// Sends a GET and reads the answer. Returns false if the server is busy.
+    pub async fn read_unless_busy(&self, path: &str) -> Result<bool> {
+        let request = self.http.get(format!("{}{path}", self.url));
+        Ok(self.send_unless_busy(request).await?.is_some())
+    }
+
+    /// Sends a GET; returns the answer as text.
+    pub async fn text(&self, path: &str) -> Result<String> {
+        let (body, _) = self.send(self.http.get(format!("{}{path}", self.url))).await?;
+        String::from_utf8(body).with_context(|| path.to_owned())
+    }
+
+    /// Sends a POST of JSON that the server executes once for each key; returns the parsed answer.
+    /// `None` if the server is busy.
+    pub async fn post_once<T: DeserializeOwned>(
+        &self,
+        path: &str,
+        key: &str,
+        body: &Value,
+    ) -> Result<Option<T>> {
+        let request = self.http.post(format!("{}{path}", self.url)).json(body);
+        let answer = self.send_unless_busy(request.header("idempotency-key", key)).await?;
+        let parse = |body: Vec<u8>| serde_json::from_slice(&body).with_context(|| path.to_owned());
+        answer.map(parse).transpose()
+    }
+
     /// Sends a multipart POST; returns the parsed answer.
     pub async fn post_parts<T: DeserializeOwned>(
         &self,
@@ -83,18 +109,40 @@ impl Api {
         Ok(try_join_all(fetch).await?.len())
     }
 
-    async fn send(&self, mut request: RequestBuilder) -> Result<(Vec<u8>, HeaderMap)> {
+    async fn send(&self, request: RequestBuilder) -> Result<(Vec<u8>, HeaderMap)> {
+        let (status, headers, body) = self.answer(request).await?;
+        check(status, &body)?;
+        Ok((body, headers))
+    }
+
+    async fn send_unless_busy(&self, request: RequestBuilder) -> Result<Option<Vec<u8>>> {
+        let (status, _, body) = self.answer(request).await?;
+        if matches!(status, StatusCode::SERVICE_UNAVAILABLE | StatusCode::TOO_MANY_REQUESTS) {
+            return Ok(None);
+        }
+        check(status, &body)?;
+        Ok(Some(body))
+    }
+
+    async fn answer(
+        &self,
+        mut request: RequestBuilder,
+    ) -> Result<(StatusCode, HeaderMap, Vec<u8>)> {
         if let Some(token) = &self.token {
             request = request.bearer_auth(token);
         }
         let response = request.send().await.context("reach the server")?;
-        let status = response.status();
-        let headers = response.headers().clone();
+        let (status, headers) = (response.status(), response.headers().clone());
         let body = response.bytes().await.context("read the response")?;
-        if !status.is_success() {
-            let text = String::from_utf8_lossy(&body);
-            bail!("the server returned {status}: {}", text.chars().take(300).collect::<String>());
-        }
-        Ok((body.into(), headers))
+        Ok((status, headers, body.into()))
     }
+}
+
+/// Error if an answer has a status of errors.
+fn check(status: StatusCode, body: &[u8]) -> Result<()> {
+    if !status.is_success() {
+        let text = String::from_utf8_lossy(body);
+        bail!("the server returned {status}: {}", text.chars().take(300).collect::<String>());
+    }
+    Ok(())
 }
