@@ -57,6 +57,9 @@ const USAGE: &str = "usage: cargo xtask <task>
                               measure broods in environments, starts of lineages, mutation and steering
   bench far [--out DIR] [--release | --brood FILE]
                               measure the page over a slow network: time to pictures, requests, bytes
+  bench scale [--only NAME,...] [--seconds N] [--rounds N] [--out DIR] [--release | --brood FILE]
+                              measure several servers under CPU quota on one PostgreSQL database, workers that sleep,
+                              and both engines, with a load model; series: births, workers, engines, demands
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
                               compare pictures of the same materials with those of another renderer
   faults [--long | --minutes N]
@@ -102,6 +105,7 @@ fn main() -> ExitCode {
         ["bench", "live", options @ ..] => bench::live(options),
         ["bench", "far", options @ ..] => bench::far(options),
         ["bench", "look", options @ ..] => bench::look(options),
+        ["bench", "scale", options @ ..] => bench::scale(options),
         ["contract", options @ ..] => contract::run(options),
         ["faults", options @ ..] => faults::run(options),
         ["fuzz", options @ ..] => fuzz::run(options),

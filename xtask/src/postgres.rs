@@ -1,7 +1,8 @@
-//! Tests on PostgreSQL: a temporary cluster, and the tests of the store and of the API on it.
+//! A temporary cluster of PostgreSQL, and the tests of the store and of the API on it.
 //!
 //! The cluster listens on a Unix socket in its own folder below the folder of temporary files, and
-//! for connections with TLS, which need a password, on a port of 127.0.0.1. As root it runs as the user `postgres`, whom the Debian package makes: PostgreSQL refuses root.
+//! for connections with TLS, which need a password, on a port of 127.0.0.1. As root it runs as the
+//! user `postgres`, whom the Debian package makes: PostgreSQL refuses root.
 
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,8 @@ const CERTIFICATE: [&str; 13] = [
     "-addext",
     "subjectAltName=DNS:localhost",
 ];
+/// Database that each cluster has.
+pub const DATABASE: &str = "postgres";
 /// Tests of the API that run on PostgreSQL in each run of all tests: those of what is stored.
 const STORED: &str = "test(/^(access|breed|comparison|edit|export_job|genome|idempotency|individual|\
     islands|job|lineage|lineage_list|lock|mesh|operation|rolling_upgrade|scene|search|several_servers|\
@@ -43,8 +46,8 @@ const OF_FILES: &str = "test(/^upgrade::/) or test(/an_earlier_version/) or test
 /// Tests at a time. They mostly wait.
 const THREADS: &str = "--test-threads=4";
 
-/// Cluster that is removed when it is dropped.
-struct Cluster {
+/// Cluster that is removed when it is dropped. Commits are flushed to disk, as by default.
+pub struct Cluster {
     programs: PathBuf,
     folder: PathBuf,
     port: u16,
@@ -53,7 +56,7 @@ struct Cluster {
 
 impl Cluster {
     /// Installs PostgreSQL if it is missing, and starts an empty cluster.
-    fn start() -> Result<Self> {
+    pub fn start() -> Result<Self> {
         if newest().is_none() {
             println!("missing: a database server (Debian: postgresql, openssl)");
             prerequisite::install_debian(&["postgresql", "openssl"])?;
@@ -98,10 +101,29 @@ impl Cluster {
         Ok(cluster)
     }
 
-    /// Address for `BROOD_TEST_DATABASE`.
-    fn address(&self) -> String {
+    /// Address of a database, for `brood serve --database`.
+    pub fn address_of(&self, database: &str) -> String {
         let folder = self.folder.display().to_string().replace('/', "%2F");
-        format!("postgres://brood@{folder}:{}/postgres", self.port)
+        format!("postgres://brood@{folder}:{}/{database}", self.port)
+    }
+
+    /// Runs a statement in a database. Returns its rows, a line each.
+    pub fn query(&self, database: &str, statement: &str) -> Result<String> {
+        let mut psql = self.command(self.programs.join("psql"));
+        psql.args(["--no-psqlrc", "--quiet", "--tuples-only", "--no-align"]);
+        psql.args(["--set=ON_ERROR_STOP=1", "--username=brood", "--host"]).arg(&self.folder);
+        psql.args(["--port", &self.port.to_string()]);
+        psql.args(["--dbname", database, "--command", statement]);
+        Ok(shell::output(&mut psql)?.trim().to_owned())
+    }
+
+    /// Process that started all others of the cluster.
+    pub fn process(&self) -> Result<u32> {
+        let file = self.data().join("postmaster.pid");
+        let text =
+            std::fs::read_to_string(&file).with_context(|| format!("read {}", file.display()))?;
+        let first = text.lines().next().and_then(|line| line.trim().parse().ok());
+        first.with_context(|| format!("find a process in {}", file.display()))
     }
 
     fn data(&self) -> PathBuf {
@@ -168,7 +190,7 @@ fn test(target: &Path, found: &Prerequisites, filter: &[&str]) -> Result<()> {
     let chosen = filter.join(" or ");
     let api = format!("package(brood-tests) and binary(api) and ({chosen}) and not ({OF_FILES})");
     let mut command = suite::prepared(shell::cargo(), found, target);
-    command.env("BROOD_TEST_DATABASE", cluster.address());
+    command.env("BROOD_TEST_DATABASE", cluster.address_of(DATABASE));
     // The whole workspace, as in the other steps: with fewer packages, others would be built with
     // fewer features again.
     command.args(["nextest", "run", "--workspace", "--no-fail-fast", THREADS]);

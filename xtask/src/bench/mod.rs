@@ -1,7 +1,8 @@
 //! `cargo xtask bench`: other programs and brood on the same work: speed (`peers`), pictures
 //! (`pictures`), fits of measured materials (`fit`) and recovery of materials from pictures
 //! (`inverse`, `photographs`); the page in a browser: its frame rate (`live`), and its times far
-//! from the server (`far`); and what a new user sees (`look`).
+//! from the server (`far`); what a new user sees (`look`); and several servers on one machine
+//! (`scale`).
 //!
 //! Owns the options and the order of the work. A peer that cannot be installed is reported and
 //! skipped; with --require the run then fails. `environment` installs the peers, `compare` computes
@@ -18,6 +19,7 @@ mod measure;
 mod metric;
 mod photograph;
 mod picture;
+mod scale;
 mod table;
 
 use std::path::{Path, PathBuf};
@@ -36,6 +38,7 @@ pub use look::run as look;
 pub use metric::run as metrics;
 pub use photograph::run as photographs;
 pub use picture::{material, run as pictures};
+pub use scale::run as scale;
 
 /// Subcommand of `cargo xtask bench`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,6 +59,8 @@ enum Task {
     Far,
     /// Broods, starts, mutation and steering as a new user sees them.
     Look,
+    /// Broods and pictures of several servers.
+    Scale,
 }
 
 impl Task {
@@ -70,6 +75,7 @@ impl Task {
             Self::Live => "live",
             Self::Far => "far",
             Self::Look => "look",
+            Self::Scale => "scale",
         }
     }
 }
@@ -85,7 +91,7 @@ struct Options {
     release: bool,
     /// Existing brood binary to use instead of building one.
     brood: Option<PathBuf>,
-    /// Number of runs, of which the best counts; for peers.
+    /// Number of runs; the best counts for peers, the median for scale.
     rounds: u32,
     /// Folder of meshes, recorded pictures and measured materials; for pictures, photographs and
     /// fit.
@@ -102,7 +108,7 @@ struct Options {
     grades: Option<String>,
     /// Numbers of pictures of each material; for photographs.
     pictures: Option<Vec<u32>>,
-    /// Seconds of each fit; for photographs.
+    /// Seconds of each fit, for photographs; of each measurement, for scale.
     seconds: Option<Vec<u32>>,
     /// Strategy of the fits; for photographs.
     strategy: Option<String>,
@@ -112,6 +118,8 @@ struct Options {
     angle: Option<String>,
     /// True if software rendering is a failure; for live.
     hardware: bool,
+    /// Comma-separated series; for scale.
+    only: Option<String>,
 }
 
 /// Value of an option that takes a number from 1 to `most`.
@@ -139,7 +147,7 @@ impl Options {
             require: false,
             release: false,
             brood: None,
-            rounds: 2,
+            rounds: if task == Task::Scale { 3 } else { 2 },
             data: None,
             recorded: None,
             materials: None,
@@ -152,6 +160,7 @@ impl Options {
             peers: None,
             angle: None,
             hardware: false,
+            only: None,
         };
         let mut words = words.iter();
         while let Some(word) = words.next() {
@@ -203,7 +212,14 @@ impl Options {
                     let names = words.next().context("--materials needs names")?;
                     options.materials = Some((*names).to_owned());
                 }
-                "--rounds" if task == Task::Peers => {
+                "--seconds" if task == Task::Scale => {
+                    options.seconds = Some(vec![count(word, words.next(), 3600)?]);
+                }
+                "--only" if task == Task::Scale => {
+                    let names = words.next().context("--only needs names")?;
+                    options.only = Some((*names).to_owned());
+                }
+                "--rounds" if matches!(task, Task::Peers | Task::Scale) => {
                     options.rounds = count(word, words.next(), 100)?;
                 }
                 word => bail!("unknown option {word} of bench {}", task.name()),
