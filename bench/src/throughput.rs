@@ -44,8 +44,8 @@ pub struct BenchThroughputArgs {
     /// Time before the measured one in seconds
     #[arg(long, value_name = "S", default_value_t = 2, value_parser = clap::value_parser!(u32).range(0..=600))]
     warm_up: u32,
-    /// Number of workers that sleep instead of rendering; each client then waits for the pictures
-    /// of a brood before the next
+    /// Number of workers that sleep instead of rendering, for servers with test data only: each
+    /// picture becomes blank. Each client then waits for the pictures of a brood before the next
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u16).range(0..=4096))]
     workers: u16,
     /// Time for which a worker sleeps for each picture in milliseconds

@@ -84,7 +84,7 @@ impl Births {
     pub fn markdown(&self) -> Result<String> {
         let mut text = format!(
             "\n## Broods of several servers\n\nEach server has {:.0} % of one processor and {CLIENTS} clients. Medians, \
-             and quartiles over {} rounds in turn. Quota: the part of it that the servers used.\n\n\
+             and quartiles; rounds in turn: {}. Quota: the part of it that the servers used.\n\n\
              | children | servers | broods/s | of linear | median, ms | p99, ms | quota | PostgreSQL, cores | load, cores |\n\
              |---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
             100.0 * QUOTA,

@@ -100,7 +100,7 @@ impl Demands {
     /// The table.
     pub fn markdown(&self) -> Result<String> {
         let mut text = format!(
-            "\n## Demands of a brood\n\nOne server without quota, {CLIENTS} clients. Medians over {} rounds in turn, warm-up \
+            "\n## Demands of a brood\n\nOne server without quota, {CLIENTS} clients. Medians (rounds in turn: {}), warm-up \
              included, and the line of least squares of relative differences. Error: the largest difference of a \
              measured value from the line.\n\n| demand | unit |",
             self.cells.first().map_or(0, |(_, samples)| samples.len()),

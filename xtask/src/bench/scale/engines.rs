@@ -65,7 +65,7 @@ impl Engines {
     pub fn markdown(&self) -> Result<String> {
         let mut text = format!(
             "\n## SQLite and PostgreSQL\n\nOne server without quota, {CLIENTS} clients. SQLite runs in the server. Medians, \
-             and quartiles over {} rounds in turn.\n\n\
+             and quartiles; rounds in turn: {}.\n\n\
              | children | engine | broods/s | median, ms | p99, ms | server, cores | PostgreSQL, cores | load, cores \
              | refused |\n|---:|---|---:|---:|---:|---:|---:|---:|---:|\n",
             self.cells.first().map_or(0, |(_, samples)| samples.len()),

@@ -24,8 +24,13 @@ pub struct Line {
 
 impl Line {
     /// Fits a line, weighting points by the inverse of their squared values, so that relative
-    /// differences are least. Values must be positive.
+    /// differences are least. Leaves out points whose value is not positive: too little was
+    /// measured.
     pub fn fit(points: &[(f64, f64)]) -> Self {
+        let points: Vec<(f64, f64)> = points.iter().copied().filter(|(_, y)| *y > 0.0).collect();
+        if points.is_empty() {
+            return Self { fixed: 0.0, each: 0.0, error: 0.0 };
+        }
         let weigh = |of: fn(f64, f64) -> f64| -> f64 {
             points.iter().map(|(x, y)| of(*x, *y) / (y * y)).sum()
         };
@@ -65,6 +70,7 @@ mod tests {
         assert!(line.error < 1e-9 && (line.at(64.0) - 35.0).abs() < 1e-6);
         let bent = Line::fit(&[(1.0, 1.0), (2.0, 2.2), (3.0, 3.0)]);
         assert!(bent.error > 0.01 && bent.error < 0.1, "{bent:?}");
-        assert_eq!(Line::fit(&[(2.0, 5.0)]).at(2.0), 5.0);
+        assert_eq!(Line::fit(&[(2.0, 5.0), (3.0, 0.0)]).at(2.0), 5.0);
+        assert_eq!(Line::fit(&[]).at(2.0), 0.0);
     }
 }

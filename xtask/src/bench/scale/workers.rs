@@ -85,8 +85,8 @@ impl Workers {
     pub fn markdown(&self) -> Result<String> {
         let mut text = format!(
             "\n## Workers that sleep\n\nNo quota; each worker claims jobs at all servers, over the code of a worker that \
-             renders. Busy: pictures times their stated time, of the time of all workers. Medians, and quartiles over {} \
-             rounds in turn. Servers, PostgreSQL, clients and workers share the machine: if their cores together come \
+             renders. Busy: pictures times their stated time, of the time of all workers. Medians, and quartiles; rounds in \
+             turn: {}. Servers, PostgreSQL, clients and workers share the machine: if their cores together come \
              near those of the machine, it is the limit.\n\n\
              | servers | workers | ms a picture | busy | pictures/s | brood p99, ms | servers, cores | PostgreSQL, cores \
              | load and workers, cores | connections at a server | refused |\n\
