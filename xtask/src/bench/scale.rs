@@ -26,7 +26,7 @@ use self::model::Model;
 use self::sample::Lab;
 use self::workers::Workers;
 use super::environment::Environment;
-use super::{Options, Task, write_report};
+use super::{Options, Task, paragraphs, require_all, write_report};
 use crate::shell;
 
 /// Seconds of each measurement, by default.
@@ -85,10 +85,20 @@ pub fn run(words: &[&str]) -> Result<()> {
         options.seconds.as_ref().and_then(|given| given.first().copied()).unwrap_or(SECONDS);
     let lab = Lab::new(environment.brood_file(), seconds)?;
     let rounds = options.rounds;
-    let births = has(Series::Births).then(|| Births::measure(&lab, rounds)).transpose()?;
-    let workers = has(Series::Workers).then(|| Workers::measure(&lab, rounds)).transpose()?;
-    let engines = has(Series::Engines).then(|| Engines::measure(&lab, rounds)).transpose()?;
-    let demands = has(Series::Demands).then(|| Demands::measure(&lab, rounds)).transpose()?;
+    let mut missing = Vec::new();
+    // A series that fails takes no other with it.
+    let births = or_note(&mut missing, Series::Births, has(Series::Births), || {
+        Births::measure(&lab, rounds)
+    });
+    let workers = or_note(&mut missing, Series::Workers, has(Series::Workers), || {
+        Workers::measure(&lab, rounds)
+    });
+    let engines = or_note(&mut missing, Series::Engines, has(Series::Engines), || {
+        Engines::measure(&lab, rounds)
+    });
+    let demands = or_note(&mut missing, Series::Demands, has(Series::Demands), || {
+        Demands::measure(&lab, rounds)
+    });
     let model = demands.as_ref().map(|own| Model::new(own, births.as_ref(), workers.as_ref()));
     let model = model.transpose()?;
 
@@ -119,6 +129,7 @@ pub fn run(words: &[&str]) -> Result<()> {
     if !goals.is_empty() {
         text += &goal::markdown(&goals)?;
     }
+    text += &paragraphs(&missing);
     let report = json!({
         "machine": machine,
         "seconds": seconds,
@@ -128,8 +139,23 @@ pub fn run(words: &[&str]) -> Result<()> {
         "engines": engines.as_ref().map(Engines::json),
         "demands": demands.as_ref().map(Demands::json),
         "extrapolation": model.as_ref().map(Model::json),
+        "missing": missing,
     });
-    write_report(&options.out, "scale", &report, &text)
+    write_report(&options.out, "scale", &report, &text)?;
+    require_all(true, &missing)
+}
+
+/// Measures a chosen series; notes the reason if that fails.
+fn or_note<T>(
+    missing: &mut Vec<String>,
+    series: Series,
+    is_chosen: bool,
+    measure: impl FnOnce() -> Result<T>,
+) -> Option<T> {
+    if !is_chosen {
+        return None;
+    }
+    measure().map_err(|error| missing.push(format!("{}: {error:#}", series.name()))).ok()
 }
 
 /// Commit of the source tree; null if it is not known.

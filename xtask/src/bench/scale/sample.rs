@@ -106,10 +106,12 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// Number of the report.
+    /// Number of the report; NaN if it is null, as are quantiles of no values.
     pub fn number(&self, pointer: &str) -> Result<f64> {
-        let value = self.report.pointer(pointer).and_then(Value::as_f64);
-        value.with_context(|| format!("find {pointer} in {}", self.report))
+        let value = self.report.pointer(pointer);
+        let value = value.filter(|value| value.is_number() || value.is_null());
+        let value = value.with_context(|| format!("find {pointer} in {}", self.report))?;
+        Ok(value.as_f64().unwrap_or(f64::NAN))
     }
 
     /// Acknowledged broods per second.
