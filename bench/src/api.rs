@@ -58,10 +58,11 @@ impl Api {
         Ok(self.send_unless_busy(request).await?.is_some())
     }
 
-    /// Sends a GET; returns the answer as text.
-    pub async fn text(&self, path: &str) -> Result<String> {
-        let (body, _) = self.send(self.http.get(format!("{}{path}", self.url))).await?;
-        String::from_utf8(body).with_context(|| path.to_owned())
+    /// Sends a GET; returns the answer as text. `None` if the server is busy.
+    pub async fn text_unless_busy(&self, path: &str) -> Result<Option<String>> {
+        let request = self.http.get(format!("{}{path}", self.url));
+        let answer = self.send_unless_busy(request).await?;
+        answer.map(|body| String::from_utf8(body).with_context(|| path.to_owned())).transpose()
     }
 
     /// Sends a POST of JSON that the server executes once for each key; returns the parsed answer.
@@ -115,8 +116,12 @@ impl Api {
         Ok((body, headers))
     }
 
+    /// `None` also if the connection was closed, as a server with many connections does.
     async fn send_unless_busy(&self, request: RequestBuilder) -> Result<Option<Vec<u8>>> {
-        let (status, _, body) = self.answer(request).await?;
+        let (status, _, body) = match self.answer(request).await {
+            Err(error) if error.is::<reqwest::Error>() => return Ok(None),
+            answer => answer?,
+        };
         if matches!(status, StatusCode::SERVICE_UNAVAILABLE | StatusCode::TOO_MANY_REQUESTS) {
             return Ok(None);
         }

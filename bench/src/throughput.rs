@@ -60,6 +60,9 @@ pub struct BenchThroughputArgs {
 const AT_ONCE: usize = 16;
 /// Longest time for the last brood of each client.
 const END: Duration = Duration::from_secs(60);
+/// Requests for metrics, and the wait between them.
+const ATTEMPTS: u32 = 20;
+const AGAIN: Duration = Duration::from_millis(100);
 /// Gauge of a server: connections of workers.
 const WORKER_CONNECTIONS: &str = "brood_worker_connections ";
 
@@ -125,6 +128,10 @@ async fn measure(args: &BenchThroughputArgs) -> Result<Measured> {
     let urls: Vec<&str> = args.server.iter().map(|url| url.trim_end_matches('/')).collect();
     let apis = urls.iter().map(|url| Api::new(url, args.token.clone()).map(Arc::new));
     let apis: Vec<Arc<Api>> = apis.collect::<Result<_>>()?;
+    let starts = (0..u64::from(args.clients))
+        .zip(apis.iter().cycle())
+        .map(|(number, api)| Breeder::new(api.clone(), number, args.children, args.workers > 0));
+    let breeders: Vec<Breeder> = stream::iter(starts).buffered(AT_ONCE).try_collect().await?;
     let counters = Arc::<SleepCounters>::default();
     let mut workers: JoinSet<Result<()>> = JoinSet::new();
     if args.workers > 0 {
@@ -138,16 +145,14 @@ async fn measure(args: &BenchThroughputArgs) -> Result<Measured> {
         let sleepers = run_sleepers(config, counters);
         workers.spawn(async move { sleepers.await.map_err(anyhow::Error::from) });
     }
-    let starts = (0..u64::from(args.clients))
-        .zip(apis.iter().cycle())
-        .map(|(number, api)| Breeder::new(api.clone(), number, args.children, args.workers > 0));
-    let breeders: Vec<Breeder> = stream::iter(starts).buffered(AT_ONCE).try_collect().await?;
     let tally = Arc::<Tally>::default();
     let mut clients: JoinSet<Result<()>> = JoinSet::new();
-    for breeder in breeders {
-        clients.spawn(breeder.run(tally.clone()));
-    }
     let warm_up = Duration::from_secs(args.warm_up.into());
+    for (number, breeder) in (0_u32..).zip(breeders) {
+        // Spread over the first half of the warm-up: many first broods at once would be refused.
+        let delay = warm_up / 2 * number / u32::from(args.clients);
+        clients.spawn(breeder.run(delay, tally.clone()));
+    }
     wait(warm_up, &mut clients, &mut workers).await?;
     tally.open();
     let (start, before) = (Instant::now(), Slept::now(&counters));
@@ -157,7 +162,7 @@ async fn measure(args: &BenchThroughputArgs) -> Result<Measured> {
     let (seconds, after) = (start.elapsed().as_secs_f64(), Slept::now(&counters));
     let mut worker_connections = 0;
     for api in &apis {
-        worker_connections = worker_connections.max(connections(&api.text("/metrics").await?));
+        worker_connections = worker_connections.max(connections_at(api).await?);
     }
     let end = async {
         while let Some(ended) = clients.join_next().await {
@@ -194,6 +199,17 @@ async fn wait(
     };
     ended.with_context(|| format!("run a {who}"))??;
     bail!("a {who} ended early")
+}
+
+/// Asks a server for its number of connections of workers.
+async fn connections_at(api: &Api) -> Result<u64> {
+    for _ in 0..ATTEMPTS {
+        if let Some(metrics) = api.text_unless_busy("/metrics").await? {
+            return Ok(connections(&metrics));
+        }
+        sleep(AGAIN).await;
+    }
+    bail!("the server is too busy to answer GET /metrics")
 }
 
 /// Reads the number of connections of workers from the metrics of a server; 0 if it is not there.

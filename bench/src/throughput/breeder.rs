@@ -14,8 +14,9 @@ use crate::api::Api;
 
 /// Side of a thumbnail in pixels, the least possible: pictures are not measured.
 const THUMBNAIL_PX: u32 = 16;
-/// Wait after a refusal.
+/// Wait after a refusal, doubled with each further one, and the longest.
 const AGAIN: Duration = Duration::from_millis(50);
+const LONGEST: Duration = Duration::from_secs(1);
 
 /// Client with a lineage.
 pub struct Breeder {
@@ -56,8 +57,10 @@ impl Breeder {
         Ok(Self { api, path, children, awaits_pictures, seed: number << 32 })
     }
 
-    /// Breeds until the measurement is over: a random brood, then each from a child of the last.
-    pub async fn run(self, tally: Arc<Tally>) -> Result<()> {
+    /// Breeds after `delay` until the measurement is over: a random brood, then each from a child of
+    /// the last.
+    pub async fn run(self, delay: Duration, tally: Arc<Tally>) -> Result<()> {
+        sleep(delay).await;
         let mut parents: Vec<IndividualId> = Vec::new();
         let mut round = 0;
         while !tally.is_over() {
@@ -65,24 +68,31 @@ impl Breeder {
             let body = json!({ "parents": parents, "count": self.children, "seed": seed });
             let key = format!("brood {round}");
             let start = Instant::now();
+            let mut again = AGAIN;
             let born: Born = loop {
                 if let Some(born) = self.api.post_once(&self.path, &key, &body).await? {
                     break born;
                 }
-                tally.refused();
-                sleep(AGAIN).await;
+                again = refused(&tally, again).await;
             };
             tally.born(start.elapsed());
             let last = born.individuals.last().context("a brood has children")?;
             parents = vec![last.id];
             if self.awaits_pictures {
+                let mut again = AGAIN;
                 while !self.api.read_unless_busy(&last.thumbnail).await? {
-                    tally.refused();
-                    sleep(AGAIN).await;
+                    again = refused(&tally, again).await;
                 }
             }
             round += 1;
         }
         Ok(())
     }
+}
+
+/// Counts a refusal and waits. Returns the wait after the next one.
+async fn refused(tally: &Tally, wait: Duration) -> Duration {
+    tally.refused();
+    sleep(wait).await;
+    (2 * wait).min(LONGEST)
 }

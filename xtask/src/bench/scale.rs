@@ -168,7 +168,7 @@ fn heading(machine: &Value, seconds: u32, rounds: u32) -> String {
     let field = |key: &str| machine[key].as_str().unwrap_or("not known").to_owned();
     format!(
         "# Several servers\n\n{}, {} cores; {}, commit {}, profile {}, {}; PostgreSQL {} ({}). Servers, database, clients \
-         and workers on one machine; each measurement takes {seconds} s after 3 s of load, on a new database; \
+         and workers on one machine; each measurement takes {seconds} s after 5 s of load, on a new database; \
          rounds: {rounds}.\n",
         field("processor"),
         machine["cores"],

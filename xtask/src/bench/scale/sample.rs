@@ -17,7 +17,7 @@ use crate::postgres::{Cluster, DATABASE};
 use crate::shell;
 
 /// Seconds of load before each measurement.
-const WARM_UP_S: &str = "3";
+const WARM_UP_S: &str = "5";
 /// Sizes of a database in bytes: all of it, the indices of its tables, and the log written so far.
 const SIZES: &str = "SELECT pg_database_size(current_database()), \
     (SELECT coalesce(sum(pg_indexes_size(oid)), 0) FROM pg_class WHERE relkind = 'r' \
