@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use brood_protocol::random_token;
 use brood_storage::{Scope, Store};
+use http::StatusCode;
 use moka::future::Cache;
 
 use crate::error::ServerError;
@@ -12,6 +13,11 @@ use crate::problem::ApiError;
 /// Lifetime of a cached token check: a token added or revoked by another process takes effect after
 /// this time.
 const TOKEN_TTL: Duration = Duration::from_millis(500);
+/// Time after its last check in which the token of a worker is valid while the database does not
+/// answer. Pictures are rendered and leases renewed meanwhile, which need no database.
+const KNOWN_TTL: Duration = Duration::from_secs(60);
+/// Time for the database to answer about the known token of a worker. Leases last 2 s or more.
+const KNOWN_WAIT: Duration = Duration::from_millis(250);
 
 /// Access that a request needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,6 +41,8 @@ pub struct Access {
     worker_hash: blake3::Hash,
     needs_token: Cache<(), bool>,
     scopes: Cache<[u8; 32], Option<Scope>>,
+    /// Valid tokens of workers, by their hashes, with their scopes.
+    known: Cache<[u8; 32], Scope>,
 }
 
 impl Access {
@@ -53,6 +61,7 @@ impl Access {
             worker_token,
             needs_token: Cache::builder().max_capacity(1).time_to_live(TOKEN_TTL).build(),
             scopes: Cache::builder().max_capacity(1024).time_to_live(TOKEN_TTL).build(),
+            known: Cache::builder().max_capacity(1024).time_to_live(KNOWN_TTL).build(),
         })
     }
 
@@ -87,7 +96,10 @@ impl Access {
                 "send a token as `Authorization: Bearer TOKEN`, or sign in on the page",
             )
         })?;
-        let scope = self.scope(store, token).await?;
+        let scope = match need {
+            Need::Work => self.scope_of_worker(store, token).await?,
+            _ => self.scope(store, token).await?,
+        };
         let scope = scope
             .ok_or_else(|| ApiError::unauthorized("the token is unknown, expired or revoked"))?;
         let needed = match need {
@@ -116,6 +128,27 @@ impl Access {
             Ok::<_, ApiError>(valid.map(|token| token.scope))
         };
         Ok(self.scopes.try_get_with(hash, read).await?)
+    }
+
+    /// Returns the scope of a worker's token; the last known one while the database does not answer.
+    async fn scope_of_worker(&self, store: &Store, token: &str) -> Result<Option<Scope>, ApiError> {
+        let hash = *blake3::hash(token.as_bytes()).as_bytes();
+        let read = self.scope(store, token);
+        let found = match self.known.get(&hash).await {
+            None => read.await?,
+            Some(known) => match tokio::time::timeout(KNOWN_WAIT, read).await {
+                Err(_) => return Ok(Some(known)),
+                Ok(Err(error)) if error.status() == StatusCode::SERVICE_UNAVAILABLE => {
+                    return Ok(Some(known));
+                }
+                Ok(found) => found?,
+            },
+        };
+        match found {
+            Some(scope) => self.known.insert(hash, scope).await,
+            None => self.known.invalidate(&hash).await,
+        }
+        Ok(found)
     }
 
     async fn needs_token(&self, store: &Store) -> Result<bool, ApiError> {

@@ -7,6 +7,7 @@ use std::time::Duration;
 use brood_protocol::{LeaseTicket, PictureKey, Queue, RenderJob};
 use brood_storage::{Store, StoredPicture};
 use bytes::Bytes;
+use http::StatusCode;
 
 use super::history::History;
 use super::kind::{Jobs, Lane};
@@ -124,6 +125,7 @@ impl PictureService {
             Some(Err(Failure::Missing(reason))) => Err(ApiError::not_found(reason.as_ref())),
             Some(Err(Failure::Render(reason))) => Err(ApiError::render_failed(reason.as_ref())),
             Some(Err(Failure::Busy)) => Err(ApiError::busy("too many pictures are queued")),
+            Some(Err(Failure::Unavailable(reason))) => Err(ApiError::busy(reason.as_ref())),
             Some(Err(Failure::Internal)) | None => {
                 Err(ApiError::internal("a picture request ended without a result"))
             }
@@ -238,6 +240,10 @@ impl PictureService {
 
 impl From<ApiError> for Failure {
     fn from(error: ApiError) -> Self {
+        if error.status() == StatusCode::SERVICE_UNAVAILABLE {
+            tracing::debug!(?error, "cannot prepare a render job now");
+            return Self::Unavailable(error.problem().detail.as_str().into());
+        }
         tracing::error!(?error, "cannot prepare a render job");
         Self::Internal
     }

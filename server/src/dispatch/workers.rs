@@ -16,6 +16,9 @@ const NAMES: usize = 4096;
 /// Time since its last message for which a worker counts as present.
 const PRESENT: Duration = Duration::from_secs(60);
 
+/// Time after a job that a client's worker did, in which a lost lease is no failure of the client:
+/// one of its workers has died, and the others do their jobs.
+const DOES_JOBS: Duration = Duration::from_secs(10);
 /// Time without jobs after the first failure of a client's worker; doubled with each further one.
 const FIRST_WAIT: Duration = Duration::from_secs(1);
 const LONGEST_WAIT: Duration = Duration::from_secs(60);
@@ -28,6 +31,8 @@ pub struct Workers {
     /// job. Workers of the server are left out.
     clients: Mutex<HashMap<String, (Instant, Client)>>,
     failures: Mutex<HashMap<Client, Failures>>,
+    /// Clients with the time of the last job that one of their workers did.
+    done: Mutex<HashMap<Client, Instant>>,
 }
 
 /// Failures of a client's workers since the last job that one did.
@@ -73,7 +78,11 @@ impl Workers {
         let clients = self.clients.lock().expect("nothing panics under this lock");
         let client = clients.get(name).map(|known| known.1);
         drop(clients);
-        if let Some(client) = client {
+        let Some(client) = client else { return };
+        let done = self.done.lock().expect("nothing panics under this lock");
+        let does_jobs = done.get(&client).is_some_and(|last| last.elapsed() < DOES_JOBS);
+        drop(done);
+        if !does_jobs {
             self.failed(client);
         }
     }
@@ -88,6 +97,14 @@ impl Workers {
 
     /// Records that a client's worker has done a job.
     pub fn succeeded(&self, client: Client) {
+        let mut done = self.done.lock().expect("nothing panics under this lock");
+        if done.len() >= WORKERS && !done.contains_key(&client) {
+            done.retain(|_, last| last.elapsed() < DOES_JOBS);
+        }
+        if done.len() < NAMES {
+            done.insert(client, Instant::now());
+        }
+        drop(done);
         self.failures.lock().expect("nothing panics under this lock").remove(&client);
     }
 
@@ -151,5 +168,9 @@ mod tests {
         assert_eq!(workers.held_back(Client::Token([1; 32])), Duration::ZERO);
         workers.succeeded(one);
         assert_eq!(workers.held_back(one), Duration::ZERO);
+        workers.lost("far");
+        assert_eq!(workers.held_back(one), Duration::ZERO, "another of its workers does jobs");
+        workers.failed(one);
+        within(1);
     }
 }

@@ -35,6 +35,8 @@ pub enum Failure {
     Missing(Arc<str>),
     /// Too many pictures are queued, or its job was not written; a retry may help.
     Busy,
+    /// Its job cannot be made now, for this reason; a retry may help.
+    Unavailable(Arc<str>),
     /// Internal error; the reason was logged.
     Internal,
 }
