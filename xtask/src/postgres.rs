@@ -46,7 +46,7 @@ const OF_FILES: &str = "test(/^upgrade::/) or test(/an_earlier_version/) or test
 /// Tests at a time. They mostly wait.
 const THREADS: &str = "--test-threads=4";
 
-/// Cluster that is removed when it is dropped. Commits are flushed to disk, as by default.
+/// Cluster that is removed when it is dropped.
 pub struct Cluster {
     programs: PathBuf,
     folder: PathBuf,
@@ -55,14 +55,14 @@ pub struct Cluster {
 }
 
 impl Cluster {
-    /// Installs PostgreSQL if it is missing, and starts an empty cluster.
-    pub fn start() -> Result<Self> {
+    /// Installs PostgreSQL if it is missing, and makes an empty cluster that does not run.
+    pub fn make() -> Result<Self> {
         if newest().is_none() {
             println!("missing: a database server (Debian: postgresql, openssl)");
             prerequisite::install_debian(&["postgresql", "openssl"])?;
         }
         let programs = newest().context("find PostgreSQL below /usr/lib/postgresql")?;
-        let is_root = shell::output(shell::command("id").arg("-u"))?.trim() == "0";
+        let is_root = shell::is_root()?;
         let folder = std::env::temp_dir().join(format!("brood-pg-{}", std::process::id()));
         // Free at this moment.
         let port = TcpListener::bind(("127.0.0.1", 0))?.local_addr()?.port();
@@ -88,17 +88,24 @@ impl Cluster {
                 .arg("-out")
                 .arg(cluster.data().join("server.crt")),
         )?;
-        let (folder, port) = (cluster.folder.display(), cluster.port);
-        let options = format!("{OPTIONS} -c port={port} -c unix_socket_directories={folder}");
-        shell::run(
-            cluster
-                .control()
-                .args(["--wait", "--log"])
-                .arg(cluster.folder.join("log"))
-                .args(["--options", &options])
-                .arg("start"),
-        )?;
         Ok(cluster)
+    }
+
+    /// Makes a cluster and starts it. Commits are flushed to disk, as by default.
+    pub fn start() -> Result<Self> {
+        let cluster = Self::make()?;
+        let options = format!("{OPTIONS} -c port={}", cluster.port);
+        shell::run(cluster.control_with(&options).arg("start"))?;
+        Ok(cluster)
+    }
+
+    /// Returns `pg_ctl` that waits, for a command that starts the cluster with these options.
+    pub fn control_with(&self, options: &str) -> Command {
+        let folder = self.folder.display();
+        let mut control = self.control();
+        control.args(["--wait", "--log"]).arg(self.folder.join("log"));
+        control.args(["--options", &format!("{options} -c unix_socket_directories={folder}")]);
+        control
     }
 
     /// Address of a database, for `brood serve --database`.
@@ -126,7 +133,8 @@ impl Cluster {
         first.with_context(|| format!("find a process in {}", file.display()))
     }
 
-    fn data(&self) -> PathBuf {
+    /// Folder of the data.
+    pub fn data(&self) -> PathBuf {
         self.folder.join("data")
     }
 

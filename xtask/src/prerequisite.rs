@@ -174,8 +174,7 @@ pub fn install_debian(packages: &[&str]) -> Result<()> {
 
 /// apt-get as root, or through a sudo that needs no password.
 fn apt_get() -> Result<Command> {
-    let user = shell::output(shell::command("id").arg("-u"))?;
-    let mut command = if user.trim() == "0" {
+    let mut command = if shell::is_root()? {
         shell::command("apt-get")
     } else if shell::find_program("sudo").is_some() {
         let mut sudo = shell::command("sudo");

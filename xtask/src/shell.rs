@@ -77,6 +77,11 @@ pub fn output(command: &mut Command) -> Result<String> {
         .with_context(|| format!("decode the output of {} as UTF-8", line(command)))
 }
 
+/// True if this process runs as root.
+pub fn is_root() -> Result<bool> {
+    Ok(output(command("id").arg("-u"))?.trim() == "0")
+}
+
 /// Path of a program on the search path, or in the folder of servers, which Debian has on the
 /// search path of root alone.
 pub fn find_program(name: &str) -> Option<PathBuf> {
