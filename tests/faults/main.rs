@@ -13,6 +13,8 @@ mod calls;
 #[cfg(target_os = "linux")]
 mod clock;
 #[cfg(target_os = "linux")]
+mod cluster;
+#[cfg(target_os = "linux")]
 mod disk;
 mod growth;
 mod history;
@@ -28,6 +30,7 @@ mod power;
 mod search;
 
 use std::collections::{BTreeMap, HashMap};
+use std::fmt::Debug;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -338,6 +341,16 @@ async fn all_generations(server: &TestServer, path: &str) -> Vec<Value> {
 /// Asserts that every generation is listed once and equals its answer, and that indices have no
 /// gap.
 fn compare(births: &BTreeMap<u64, Value>, listed: &[Value], round: u64) {
+    compare_by(births, listed, round, Value::clone);
+}
+
+/// As [`compare`], with something computed from each answer.
+fn compare_by<T: PartialEq + Debug>(
+    births: &BTreeMap<u64, T>,
+    listed: &[Value],
+    round: u64,
+    of: impl Fn(&Value) -> T,
+) {
     let mut by_seed = HashMap::new();
     for (position, generation) in listed.iter().enumerate() {
         assert_eq!(generation["index"], position, "round {round}: indices must have no gap");
@@ -346,8 +359,8 @@ fn compare(births: &BTreeMap<u64, Value>, listed: &[Value], round: u64) {
     }
     for (seed, born) in births {
         let found = by_seed.remove(seed);
-        let found = found.unwrap_or_else(|| panic!("round {round}: seed {seed} is lost: {born}"));
-        assert_eq!(found, born, "round {round}: seed {seed} has changed");
+        let found = found.unwrap_or_else(|| panic!("round {round}: seed {seed} is lost: {born:?}"));
+        assert_eq!(&of(found), born, "round {round}: seed {seed} has changed: {found}");
     }
     assert!(by_seed.is_empty(), "round {round}: bred without a request: {:?}", by_seed.keys());
 }

@@ -9,7 +9,8 @@ use sqlx::{AssertSqlSafe, Connection, PgConnection};
 ///
 /// # Panics
 /// If the schema cannot be created.
-pub(crate) fn of(data: &Path) -> Option<String> {
+#[must_use]
+pub fn of(data: &Path) -> Option<String> {
     let database = std::env::var("BROOD_TEST_DATABASE").ok()?;
     let path = data.to_string_lossy();
     let schema: String = path.bytes().map(|byte| format!("{byte:02x}")).collect();

@@ -14,6 +14,7 @@ mod target;
 
 pub use answer::Answer;
 pub use binary::{Finished, binary, brood, target_directory};
+pub use database::of as database_of;
 pub use lineage::{TestLineage, hashes, ids, seed_of, text_of};
 pub use raw::raw_request;
 pub use server::{ServerOptions, TestServer};

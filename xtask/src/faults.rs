@@ -1,6 +1,6 @@
 //! `cargo xtask faults`: runs the tests that kill processes, fill the disk and measure memory, and
 //! prints their figures. The short form is also part of the test suite; `--long` repeats the tests
-//! with ten times the rounds for an hour.
+//! with ten times the rounds for an hour. `--cluster` runs the faults of a cluster (`cluster.rs`).
 
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
-use crate::{shell, suite};
+use crate::{cluster, shell, suite};
 
 /// Start of the lines with figures that tests print.
-const PREFIX: &str = "fault: ";
+pub const PREFIX: &str = "fault: ";
 const HOUR: Duration = Duration::from_secs(3600);
 /// Factor of the rounds of the long form.
 const ROUNDS: &str = "10";
@@ -19,6 +19,7 @@ const ROUNDS: &str = "10";
 /// Runs the tests once, or with `--long` or `--minutes N` until the time is over.
 pub fn run(options: &[&str]) -> Result<()> {
     let time = match options {
+        ["--cluster", options @ ..] => return cluster::run(options),
         [] => None,
         ["--long"] => Some(HOUR),
         ["--minutes", minutes] => {

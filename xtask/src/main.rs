@@ -6,6 +6,7 @@
 mod accept;
 mod bench;
 mod callgrind;
+mod cluster;
 mod contract;
 mod deny;
 mod dev;
@@ -65,6 +66,9 @@ const USAGE: &str = "usage: cargo xtask <task>
   faults [--long | --minutes N]
                               kill, stop and starve the server and its workers, fill its disk, measure its memory: a line
                               of figures for each; --long: again and again for an hour
+  faults --cluster [--rounds N] [--minutes N] [--seed N]
+                              kill, cut and restart three servers, their workers and PostgreSQL under load, as root: 100
+                              rounds in 30 minutes
   contract [--minutes N]      call every route as openapi.json describes it, and as it does not, with schemathesis
   deny                        check licences, sources and advisories of the dependencies with cargo-deny
   fuzz [PARSER ...] [--minutes N]

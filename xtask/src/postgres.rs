@@ -1,4 +1,5 @@
 //! A temporary cluster of PostgreSQL, and the tests of the store and of the API on it.
+//! `cluster.rs` lets a test start, kill and restart such a cluster.
 //!
 //! The cluster listens on a Unix socket in its own folder below the folder of temporary files, and
 //! for connections with TLS, which need a password, on a port of 127.0.0.1. As root it runs as the
@@ -43,6 +44,8 @@ const STORED: &str = "test(/^(access|breed|comparison|edit|export_job|genome|ide
 /// Tests that read or change SQLite's files.
 const OF_FILES: &str = "test(/^upgrade::/) or test(/an_earlier_version/) or test(/^command_line::/) \
     or test(=access::routes_require_a_token_of_the_right_scope_when_a_token_exists)";
+/// Short form of `cargo xtask faults --cluster`.
+const CLUSTER: &str = "binary(faults) and test(/^cluster::/)";
 /// Tests at a time. They mostly wait.
 const THREADS: &str = "--test-threads=4";
 
@@ -196,11 +199,12 @@ fn test(target: &Path, found: &Prerequisites, filter: &[&str]) -> Result<()> {
     let cluster = Cluster::start()?;
     println!("PostgreSQL runs after {:.1} s", start.elapsed().as_secs_f64());
     let chosen = filter.join(" or ");
-    let api = format!("package(brood-tests) and binary(api) and ({chosen}) and not ({OF_FILES})");
+    let api = format!("binary(api) and ({chosen}) and not ({OF_FILES})");
+    let tests = format!("package(brood-tests) and ({api} or {CLUSTER})");
     let mut command = suite::prepared(shell::cargo(), found, target);
     command.env("BROOD_TEST_DATABASE", cluster.address_of(DATABASE));
     // The whole workspace, as in the other steps: with fewer packages, others would be built with
     // fewer features again.
     command.args(["nextest", "run", "--workspace", "--no-fail-fast", THREADS]);
-    shell::run(command.args(["-E", &format!("package(brood-storage) or ({api})")]))
+    shell::run(command.args(["-E", &format!("package(brood-storage) or ({tests})")]))
 }
