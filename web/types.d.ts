@@ -301,6 +301,14 @@ export interface components {
              * @description Number of generations, 1 to 100,000. The result is the same on every machine.
              */
             generations?: number | null;
+            /**
+             * Format: int64
+             * @description Number of islands, 1 to 64, for the strategies `gp` and `hybrid`: searches with different
+             *     seeds, on up to as many workers, which take over each other's best programs every 32
+             *     generations. Seconds and generations of the budget are those of each island, evaluations
+             *     are divided among them. The front depends on the seed and on this number. Default: 1.
+             */
+            islands?: number | null;
             /** @description Must be `fit`. */
             kind: components["schemas"]["FitKind"];
             lineage?: components["schemas"]["LineageId"] | null;
@@ -336,7 +344,8 @@ export interface components {
             /**
              * Format: double
              * @description Error at which the search ends before its budget is used up: E_log on the validation
-             *     samples, above 0. Default: none.
+             *     samples, above 0. Islands after the one that reaches it end at their next migrations.
+             *     Default: none.
              */
             target_error?: number | null;
             /**
@@ -959,6 +968,41 @@ export interface components {
             program_hash: string;
             /** @description Genome text; the last lines are the instructions. */
             source: string;
+        };
+        /** @description Island of a search. */
+        IslandAnswer: {
+            /**
+             * Format: int64
+             * @description Number of evaluated candidates so far.
+             */
+            evaluations: number;
+            /**
+             * Format: double
+             * @description E_log of its best candidate on the samples it is fitted to.
+             */
+            fitted?: number | null;
+            /**
+             * Format: int32
+             * @description Number of generations so far.
+             */
+            generation: number;
+            /**
+             * Format: double
+             * @description E_log of its best candidate on the validation samples.
+             */
+            held?: number | null;
+            /**
+             * Format: int32
+             * @description Number of the island, from 0.
+             */
+            island: number;
+            /**
+             * Format: double
+             * @description Search time in seconds, without waiting for other islands.
+             */
+            seconds: number;
+            /** @description State of the island. `succeeded`: its budget is used up, or the target error is reached. */
+            state: components["schemas"]["SearchState"];
         };
         /**
          * @description Render job. Completed render jobs are kept in memory for a limited time and are lost when the
@@ -2047,6 +2091,8 @@ export interface components {
              * @description Creation time, in milliseconds since 1970-01-01 UTC.
              */
             created_ms: number;
+            /** @description Progress of each of several islands; empty for a single one. */
+            each_island: components["schemas"]["IslandAnswer"][];
             /**
              * Format: int64
              * @description Time of the end, in milliseconds since 1970-01-01 UTC.
@@ -2054,7 +2100,7 @@ export interface components {
             ended_ms?: number | null;
             /**
              * Format: int64
-             * @description Number of evaluated candidates so far.
+             * @description Number of evaluated candidates so far, on all islands.
              */
             evaluations: number;
             /**
@@ -2064,7 +2110,7 @@ export interface components {
             fitted?: number | null;
             /**
              * Format: int32
-             * @description Number of generations so far.
+             * @description Number of generations so far; of several islands, the least.
              */
             generation: number;
             /**
@@ -2082,7 +2128,8 @@ export interface components {
             /**
              * @description Hash of the search state at the last checkpoint, which a worker reports about every ten
              *     seconds and at the end. It depends on the samples, the options and the generation
-             *     alone, so it is unchanged by pauses and restarts.
+             *     alone, so it is unchanged by pauses and restarts. Of several islands, the hash of their
+             *     hashes, once each has a checkpoint.
              */
             population?: string | null;
             /**
@@ -2094,7 +2141,7 @@ export interface components {
             reason?: string | null;
             /**
              * Format: double
-             * @description Search time in seconds, without pauses and restarts.
+             * @description Search time in seconds, without pauses and restarts; of several islands, the longest.
              */
             seconds: number;
             /**
@@ -2158,6 +2205,11 @@ export interface components {
         SearchOptions: {
             /** @description Budget. */
             budget: components["schemas"]["Budget"];
+            /**
+             * Format: int32
+             * @description Number of islands.
+             */
+            islands?: number;
             /** @description True if the material is fitted as mirror symmetric. */
             mirrored: boolean;
             /** @description Display name. */
@@ -2615,6 +2667,7 @@ export type Individual = components['schemas']['Individual'];
 export type IndividualDetail = components['schemas']['IndividualDetail'];
 export type IndividualId = components['schemas']['IndividualId'];
 export type Inspection = components['schemas']['Inspection'];
+export type IslandAnswer = components['schemas']['IslandAnswer'];
 export type JobAnswer = components['schemas']['JobAnswer'];
 export type JobId = components['schemas']['JobId'];
 export type JobStatus = components['schemas']['JobStatus'];

@@ -130,7 +130,8 @@ impl Access {
         Ok(self.scopes.try_get_with(hash, read).await?)
     }
 
-    /// Returns the scope of a worker's token; the last known one while the database does not answer.
+    /// Returns the scope of a worker's token; the last known one while the database does not
+    /// answer.
     async fn scope_of_worker(&self, store: &Store, token: &str) -> Result<Option<Scope>, ApiError> {
         let hash = *blake3::hash(token.as_bytes()).as_bytes();
         let read = self.scope(store, token);

@@ -5,8 +5,8 @@ use brood_tests::{TestServer, text_of};
 use reqwest::Method;
 use serde_json::{Value, json};
 
-/// Generations of the searches: two migrations.
-const GENERATIONS: u64 = 70;
+/// Generations of the searches: one migration.
+const GENERATIONS: u64 = 40;
 
 async fn begin(server: &TestServer, more: Value) -> String {
     let mut body = json!({"kind": "fit", "target": server.glossy_target().await, "threads": 1, "strategy": "gp"});
@@ -46,7 +46,7 @@ async fn result_of_islands_is_the_same_when_they_are_interrupted() {
     assert_eq!(whole["held"], json!(least));
 
     let id = text_of(&whole["id"]);
-    for (island, lines) in [(0, Some(70)), (2, Some(70)), (3, None)] {
+    for (island, lines) in [(0, Some(40)), (2, Some(40)), (3, None)] {
         let log = server.get(&format!("/v1/jobs/{id}/log?island={island}")).await;
         match lines {
             Some(lines) => assert_eq!(log.expect(200).text().lines().count(), lines),
@@ -57,10 +57,12 @@ async fn result_of_islands_is_the_same_when_they_are_interrupted() {
     assert_eq!(jobs["items"], json!([whole]), "islands are no searches of their own");
 
     let parted = begin(&server, asked).await;
-    for least in [8, 33, 50] {
+    for least in [8, 20, 33] {
         server.job_once(&parted, |job| job["generation"].as_u64() >= Some(least)).await;
         assert_eq!(change(&server, &parted, "pause").await["state"], "paused");
-        assert_eq!(change(&server, &parted, "resume").await["state"], "queued");
+        // A worker that waits claims an island at once.
+        let resumed = change(&server, &parted, "resume").await;
+        assert!(["queued", "running"].iter().any(|state| resumed["state"] == *state), "{resumed}");
     }
     let parted = server.job_once(&parted, is_done).await;
     assert_eq!(result(&server, &parted).await, result(&server, &whole).await);

@@ -1,6 +1,6 @@
 //! Faults of a cluster under load: three servers over one PostgreSQL database, workers at all of
-//! them, and people who breed through a balancer. `cargo xtask faults --cluster` runs the long form,
-//! in namespaces of its own.
+//! them, and people who breed through a balancer. `cargo xtask faults --cluster` runs the long
+//! form, in namespaces of its own.
 //!
 //! Every acknowledged generation is there once and unchanged, every picture has the same bytes
 //! everywhere, every search ends like an undisturbed one, and no job is stuck.

@@ -63,7 +63,7 @@ async fn full_disk_refuses_writes_and_loses_nothing() {
     assert!(refused > 0, "the disk is not full");
     let listed = server.get(&path).await.expect(200).json();
     assert_eq!(listed["items"].as_array().unwrap().len(), acknowledged.len().min(50));
-    assert!(server.metric("brood_refused_writes").await >= refused);
+    assert!(server.metric("brood_refused_writes_total").await >= refused);
     assert_eq!(server.terminate(), 0, "{}", server.log());
 
     server.restart();

@@ -18,7 +18,8 @@ import { nameOfTarget } from "./words.js";
  * @typedef {{file: File|null, kind: TargetKind|"", views: PictureDraft[], target: Target|null,
  *   own: string|null, name: string, strategy: string, objective: string, measure: Measure,
  *   seconds: string, generations: string, evaluations: string, seed: string, threads: string,
- *   islands: string, mirrored: boolean, into: "own"|"open", start: {of: Individual, name: string}|null}} Draft
+ *   islands: string, mirrored: boolean, into: "own"|"open",
+ *   start: {of: Individual, name: string}|null}} Draft
  *   Numbers are as they are typed. `file`: the chosen file, or the first of several pictures;
  *   `views`: pictures with their settings; `own`: id of the target that this form has uploaded and
  *   that no search uses yet; `into`: results go to a lineage of their own or to the open one.

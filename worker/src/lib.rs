@@ -2,8 +2,8 @@
 //!
 //! Render jobs run on the fastest bit-exact evaluator, which is chosen by a benchmark at the start;
 //! meshes, sample sets, programs and targets are cached. [`run`] renders, [`run_searches`]
-//! searches, [`run_exports`] exports, all through the lease protocol. [`run_sleepers`] loads servers
-//! in benchmarks. [`Renderer`] also works without a server.
+//! searches, [`run_exports`] exports, all through the lease protocol. [`run_sleepers`] loads
+//! servers in benchmarks. [`Renderer`] also works without a server.
 //!
 //! ```
 //! use brood_genome::{BirthKey, Dialect, Variation};

@@ -176,9 +176,10 @@ impl SearchRun {
         })
     }
 
-    /// Returns a checkpoint after the last generation; `None` before the first.
+    /// Returns a checkpoint after the last generation; `None` before the first, and if an island
+    /// before this has reached the target error: the last checkpoint is followed by that.
     pub(crate) fn save(&mut self) -> Option<SearchUpdate> {
-        self.has_begun.then(|| SearchUpdate::Generations {
+        (self.has_begun && !self.is_told_to_end).then(|| SearchUpdate::Generations {
             lines: Vec::new(),
             checkpoint: Some(self.checkpoint()),
             best: None,

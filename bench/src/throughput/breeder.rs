@@ -57,8 +57,8 @@ impl Breeder {
         Ok(Self { api, path, children, awaits_pictures, seed: number << 32 })
     }
 
-    /// Breeds after `delay` until the measurement is over: a random brood, then each from a child of
-    /// the last.
+    /// Breeds after `delay` until the measurement is over: a random brood, then each from a child
+    /// of the last.
     pub async fn run(self, delay: Duration, tally: Arc<Tally>) -> Result<()> {
         sleep(delay).await;
         let mut parents: Vec<IndividualId> = Vec::new();

@@ -369,9 +369,9 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, WireError> {
     decode_body(bytes.strip_prefix(MAGIC).ok_or(WireError::Version)?)
 }
 
-/// Decodes a mesh, the start genomes of a search, programs that migrate among its islands, the front
-/// of one, or the ticket of a search or an export. Accepts every protocol version: the encoding of
-/// these types must never change.
+/// Decodes a mesh, the start genomes of a search, programs that migrate among its islands, the
+/// front of one, or the ticket of a search or an export. Accepts every protocol version: the
+/// encoding of these types must never change.
 ///
 /// # Errors
 /// As for [`decode`].

@@ -45,12 +45,13 @@ pub struct CreateSearch {
     #[schema(minimum = 1, maximum = 1_000_000_000_000_u64)]
     pub evaluations: Option<u64>,
     /// Error at which the search ends before its budget is used up: E_log on the validation
-    /// samples, above 0. Default: none.
+    /// samples, above 0. Islands after the one that reaches it end at their next migrations.
+    /// Default: none.
     pub target_error: Option<f64>,
     /// Number of islands, 1 to 64, for the strategies `gp` and `hybrid`: searches with different
-    /// seeds on as many workers, which take over each other's best programs. Seconds and
-    /// generations of the budget are those of each island, evaluations are divided among them. The
-    /// result depends on the seed and on this number. Default: 1.
+    /// seeds, on up to as many workers, which take over each other's best programs every 32
+    /// generations. Seconds and generations of the budget are those of each island, evaluations
+    /// are divided among them. The front depends on the seed and on this number. Default: 1.
     #[schema(minimum = 1, maximum = 64)]
     pub islands: Option<u64>,
     /// True if the material is mirror symmetric, so that the fit need not distinguish left from
@@ -194,6 +195,7 @@ pub struct SearchOptions {
     pub budget: Budget,
     /// Number of islands.
     #[serde(default = "one_island")]
+    #[schema(required = true)]
     pub islands: u32,
     /// Error at which the search ends early: E_log on the validation samples; null if not given.
     pub target_error: Option<f64>,
@@ -264,7 +266,8 @@ pub struct SearchAnswer {
     pub each_island: Vec<IslandAnswer>,
     /// Hash of the search state at the last checkpoint, which a worker reports about every ten
     /// seconds and at the end. It depends on the samples, the options and the generation
-    /// alone, so it is unchanged by pauses and restarts.
+    /// alone, so it is unchanged by pauses and restarts. Of several islands, the hash of their
+    /// hashes, once each has a checkpoint.
     pub population: Option<String>,
     /// Creation time, in milliseconds since 1970-01-01 UTC.
     pub created_ms: i64,

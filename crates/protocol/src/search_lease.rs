@@ -48,7 +48,7 @@ pub struct SearchGrant {
     pub islands: u32,
     /// Number of this island, from 0.
     pub island: u32,
-    /// What has come of the island before, to be added to the search at the checkpoint.
+    /// Arrival from the island before, to be added to the search at the checkpoint.
     pub arrival: Option<Arrival>,
     /// True if the material is fitted as mirror symmetric.
     pub is_mirrored: bool,
@@ -189,7 +189,7 @@ pub struct CalibratedView {
     pub corrections: Vec<SceneCorrection>,
 }
 
-/// What has come of the island before.
+/// Arrival from the island before: programs, or its end.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Arrival {
     /// Canonical bytes of programs of the same generation.

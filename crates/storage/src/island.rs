@@ -17,12 +17,12 @@ use crate::search::{self, SearchEnd, StoredSearch};
 use crate::sql::{Conn, SqlRow, query};
 use crate::write::operation;
 
-/// What the island before another has stored. Both in the caller's format.
+/// Programs or front that the island before has stored, in the caller's format.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StoredArrival {
     /// Programs of the same generation.
     Migrants(Vec<u8>),
-    /// Its front, if it has ended before that generation.
+    /// Front of the island, if it has ended before that generation.
     Front(Vec<u8>),
 }
 
@@ -37,8 +37,17 @@ pub struct IslandEnd {
     pub generation: u32,
     /// Total search time, in seconds.
     pub seconds: f64,
-    /// Its front, in the caller's format.
+    /// Front of the island, in the caller's format.
     pub front: Vec<u8>,
+}
+
+/// Result of the end of an island.
+#[derive(Debug, Clone, PartialEq)]
+pub enum IslandEnded {
+    /// Others go on.
+    Stored(Box<StoredSearch>),
+    /// All others have ended, with these fronts in the order of the islands, and their numbers.
+    Last(Vec<(u32, Vec<u8>)>),
 }
 
 /// Condition for a queued search that can be leased: neither over, nor waiting for migrants.
@@ -63,17 +72,12 @@ impl Store {
     }
 
     /// Ends a leased island of a search, while others go on, and stores its front, in the caller's
-    /// format. If all others have ended, it stores nothing and returns the fronts of these as the
-    /// inner error, in the order of the islands with their numbers: the caller merges them, and
-    /// ends the search.
+    /// format. If all others have ended, it stores nothing and returns the fronts of these: the
+    /// caller merges them, and ends the search.
     ///
     /// # Errors
-    /// Returns `StorageError::Conflict` if the epoch is stale.
-    pub async fn end_island(
-        &self,
-        search: JobId,
-        end: IslandEnd,
-    ) -> Result<Result<StoredSearch, Vec<(u32, Vec<u8>)>>> {
+    /// Returns `StorageError::Conflict` if the epoch is stale, unless all others have ended.
+    pub async fn end_island(&self, search: JobId, end: IslandEnd) -> Result<IslandEnded> {
         self.write(operation!(|conn| {
             lock_all(conn, search).await?;
             let fronts = query(
@@ -86,7 +90,7 @@ impl Store {
             let others: u32 = others.bind(search.key()).fetch_value(conn).await?;
             if fronts.len() >= others as usize {
                 let one = |row: &SqlRow| Ok((row.column("island")?, row.column("found")?));
-                return Ok(Err(fronts.iter().map(one).collect::<Result<_>>()?));
+                return Ok(IslandEnded::Last(fronts.iter().map(one).collect::<Result<_>>()?));
             }
             let sql = "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL,
                     lease_until_ms = NULL, deaths = 0, seconds = ?, found = ?
@@ -94,7 +98,7 @@ impl Store {
             let own = query(sql).bind(end.seconds).bind(end.front).bind(end.id.key());
             let own = own.bind(signed(end.epoch)).bind(end.generation);
             changed(own.execute(conn).await?, LEASE_ENDED)?;
-            Ok(Ok(search::fetch(conn, end.id).await?))
+            Ok(IslandEnded::Stored(Box::new(search::fetch(conn, end.id).await?)))
         }))
         .await
     }
@@ -111,17 +115,14 @@ pub(crate) async fn end_others(
     let best = end.front.first().map(serde_json::to_string).transpose();
     let best = best.expect("found materials are plain data");
     let sql = "UPDATE search SET state = ?1, reason = ?2, ended_ms = ?3, epoch = epoch + 1,
-            worker = NULL, lease_until_ms = NULL, found = NULL
+            worker = NULL, lease_until_ms = NULL
         WHERE (id = ?4 OR parent_id = ?4) AND id <> ?5";
     let end_all = query(sql).bind(end.state.name()).bind(end.reason.as_deref()).bind(end.ended_ms);
     end_all.bind(search.key()).bind(own.key()).execute(conn).await?;
     let sql = "UPDATE search SET front_json = ?1, best_json = coalesce(?2, best_json)
         WHERE id = ?3";
     query(sql).bind(front).bind(best).bind(search.key()).execute(conn).await?;
-    let sql = "DELETE FROM migrant WHERE search_id IN
-        (SELECT id FROM search WHERE id = ?1 OR parent_id = ?1)";
-    query(sql).bind(search.key()).execute(conn).await?;
-    Ok(())
+    search::forget_islands(conn, search).await
 }
 
 /// Locks the rows of all islands, the first before the others, as changes by users do.

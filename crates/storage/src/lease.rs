@@ -12,7 +12,6 @@ use std::time::Duration;
 
 use brood_protocol::JobId;
 
-use crate::Store;
 use crate::clock::steady_ms;
 use crate::column::Key;
 use crate::error::{LEASE_ENDED, Result, changed};
@@ -20,6 +19,7 @@ use crate::lease_fault::{FORGIVEN, RENEWAL};
 use crate::row::{Record, record, select, signed};
 use crate::sql::{Conn, Query, query};
 use crate::write::{WriteFuture, operation};
+use crate::{StorageError, Store};
 
 /// A job fails after this many consecutive deaths of its workers without a checkpoint or a file. A
 /// long search must not fail because its machine runs out of memory once a day.
@@ -156,13 +156,24 @@ pub(crate) async fn end_lost<T: Send + 'static>(
 ) -> Result<Vec<(EndedLease, T)>> {
     let Some(died) = any_lost(store, table, &lost).await? else { return Ok(Vec::new()) };
     let ended = store.write_relaxed(operation!(|conn| {
+        if died && table == LeasedTable::Search {
+            // An island that fails ends the others: the row of the first is locked before theirs.
+            let first = "SELECT id FROM search WHERE id IN
+                 (SELECT parent_id FROM search WHERE state = 'running' AND";
+            let first = format!("{first} {}) ORDER BY id /*pg: FOR UPDATE*/", condition(&lost));
+            bound(query(first), &lost).fetch_all(conn).await?;
+        }
         // Two servers may end leases at the same time.
         let rows =
             selection(table, &lost, "/*pg: FOR UPDATE SKIP LOCKED*/").fetch_all(conn).await?;
         let mut ended = Vec::new();
         for row in &rows {
             let lease = EndedLease::read(row)?;
-            release(conn, table, (lease.id, lease.epoch), died, now_ms).await?;
+            match release(conn, table, (lease.id, lease.epoch), died, now_ms).await {
+                // An island that failed before it in this list has ended it.
+                Err(StorageError::Conflict { .. }) => continue,
+                released => released?,
+            }
             let job = read(conn, lease.id, now_ms).await?;
             ended.push((lease, job));
         }
@@ -194,7 +205,17 @@ async fn any_lost(store: &Store, table: LeasedTable, lost: &LostLeases) -> Resul
 }
 
 fn selection(table: LeasedTable, lost: &LostLeases, lock: &str) -> Query {
-    let condition = match lost {
+    let select = select::<EndedLease>(&format!(
+        "FROM {} WHERE state = 'running' AND {} ORDER BY id {lock}",
+        table.name(),
+        condition(lost)
+    ));
+    bound(select, lost)
+}
+
+/// Returns SQL for leases that are lost, with the value of [`bound`].
+fn condition(lost: &LostLeases) -> String {
+    match lost {
         // No lease is that long: the clock was set back after the grant. Leases of earlier versions
         // have no end.
         LostLeases::Expired => format!(
@@ -203,14 +224,14 @@ fn selection(table: LeasedTable, lost: &LostLeases, lock: &str) -> Query {
         ),
         LostLeases::OfWorker(_) | LostLeases::OfStopped(_) => "worker = ?1".to_owned(),
         LostLeases::OfProcess => "/*pg: FALSE*//*sqlite*/TRUE/*end*/".to_owned(),
-    };
-    let select = select::<EndedLease>(&format!(
-        "FROM {} WHERE state = 'running' AND {condition} ORDER BY id {lock}",
-        table.name()
-    ));
+    }
+}
+
+/// Binds the value of a [`condition`].
+fn bound(query: Query, lost: &LostLeases) -> Query {
     match lost {
-        LostLeases::Expired => select.bind(steady_ms()),
-        LostLeases::OfWorker(worker) | LostLeases::OfStopped(worker) => select.bind(worker.clone()),
-        LostLeases::OfProcess => select,
+        LostLeases::Expired => query.bind(steady_ms()),
+        LostLeases::OfWorker(worker) | LostLeases::OfStopped(worker) => query.bind(worker.clone()),
+        LostLeases::OfProcess => query,
     }
 }

@@ -73,7 +73,7 @@ pub use genome::{NewGenome, StoredGenome};
 pub use idempotency::{Idempotency, IdempotencyLookup};
 pub use import::NewImport;
 pub use individual::StoredIndividual;
-pub use island::{IslandEnd, StoredArrival};
+pub use island::{IslandEnd, IslandEnded, StoredArrival};
 pub use lease::{EndedLease, LostLeases};
 pub use lineage::{InvalidCursor, LineageCursor, LineageFilter};
 pub use mesh::StoredMesh;

@@ -205,8 +205,9 @@ impl Store {
         fetch(&mut self.reader().await?, id).await
     }
 
-    /// Lists up to `limit` searches, the newest first, with the row of the first island of each. If given, `before` restricts the list to
-    /// searches older than it, and `lineage` to searches of that lineage.
+    /// Lists up to `limit` searches, the newest first, with the row of the first island of each. If
+    /// given, `before` restricts the list to searches older than it, and `lineage` to searches of
+    /// that lineage.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the read fails.
@@ -227,7 +228,8 @@ impl Store {
     }
 
     /// Pauses, resumes or cancels a search with all of its islands. Stores the idempotency record
-    /// of the request. Returns the changed row of the first island. The inner error is the current state if it does not allow the change.
+    /// of the request. Returns the changed row of the first island. The inner error is the current
+    /// state if it does not allow the change.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if the search does not exist, [`StorageError::Conflict`]
@@ -259,6 +261,9 @@ impl Store {
                 .bind(id.key())
                 .execute(conn)
                 .await?;
+            if to.is_final() && present.archipelago().is_some() {
+                forget_islands(conn, id).await?;
+            }
             idempotency::insert(conn, idempotency.as_ref(), now_ms).await?;
             Ok(Ok(fetch(conn, id).await?))
         }))
@@ -342,8 +347,11 @@ impl Store {
     /// Returns a [`StorageError`] if the read fails.
     pub async fn search_counts(&self) -> Result<BTreeMap<&'static str, u64>> {
         let states = SearchState::ALL.into_iter().map(SearchState::name);
-        let sql =
-            "SELECT state, count(*) AS jobs FROM search WHERE parent_id IS NULL GROUP BY state";
+        let sql = "SELECT state, count(*) AS jobs FROM (
+                SELECT coalesce(max(CASE WHEN state = 'running' THEN state END),
+                    max(CASE WHEN parent_id IS NULL THEN state END)) AS state
+                FROM search GROUP BY coalesce(parent_id, id)) AS searches
+            GROUP BY state";
         self.state_counts(sql, states).await
     }
 
@@ -409,4 +417,16 @@ async fn insert(conn: &mut Conn, new: NewSearch, max_queued: u32) -> Result<()> 
 pub(crate) async fn fetch(conn: &mut Conn, id: JobId) -> Result<StoredSearch> {
     let query = select::<StoredSearch>("FROM search WHERE id = ?").bind(id.key());
     StoredSearch::read(&query.fetch_one(conn).await?)
+}
+
+/// Removes what islands of a search that has ended had for each other.
+pub(crate) async fn forget_islands(conn: &mut Conn, search: JobId) -> Result<()> {
+    for sql in [
+        "DELETE FROM migrant WHERE search_id IN
+             (SELECT id FROM search WHERE id = ?1 OR parent_id = ?1)",
+        "UPDATE search SET found = NULL WHERE (id = ?1 OR parent_id = ?1) AND found IS NOT NULL",
+    ] {
+        query(sql).bind(search.key()).execute(conn).await?;
+    }
+    Ok(())
 }

@@ -53,7 +53,7 @@ record! {
     } and {
         /// Checkpoint to resume from.
         pub checkpoint: Option<Vec<u8>>,
-        /// What the island before sent, if it is to be added to the checkpoint.
+        /// Arrival from the island before, if it is to be added to the checkpoint.
         pub arrival: Option<StoredArrival>,
     }
 }
@@ -190,6 +190,12 @@ impl Store {
         now_ms: i64,
     ) -> Result<StoredSearch> {
         self.write_relaxed(operation!(|conn| {
+            if worker_died {
+                // An island that fails ends the others: the row of the first is locked before.
+                let first = "SELECT id FROM search
+                    WHERE id = (SELECT parent_id FROM search WHERE id = ?) /*pg: FOR UPDATE*/";
+                query(first).bind(id.key()).fetch_all(conn).await?;
+            }
             lease::release(conn, LeasedTable::Search, (id, epoch), worker_died, now_ms).await?;
             released(conn, id, now_ms).await
         }))
@@ -324,6 +330,10 @@ pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
             ON CONFLICT (search_id, generation) DO NOTHING";
         let send = query(send).bind(step.id.key()).bind(last.generation);
         send.bind(genomes.as_slice()).execute(conn).await?;
+        // Those of generations before this checkpoint are in it.
+        let taken = "DELETE FROM migrant WHERE generation < ?
+            AND search_id = (SELECT previous_id FROM search WHERE id = ?)";
+        query(taken).bind(last.generation).bind(step.id.key()).execute(conn).await?;
     }
     if let Some((bytes, _)) = &step.checkpoint {
         let generation = last.map_or(step.from, |line| line.generation);

@@ -128,8 +128,9 @@ impl Store {
     }
 
     /// Connects to a PostgreSQL database, which other servers may use, and creates what is missing
-    /// in it, also while servers of an earlier version run that the change does not exclude. Locks the data directory of pictures against other servers. Uses the connections of
-    /// the address ([`DatabaseAddress::with_connections`]), and four for other purposes.
+    /// in it, also while servers of an earlier version run that the change does not exclude. Locks
+    /// the data directory of pictures against other servers. Uses the connections of the address
+    /// ([`DatabaseAddress::with_connections`]), and four for other purposes.
     ///
     /// # Errors
     /// Returns [`StorageError::Locked`] if another server uses the directory, or a copy of another
@@ -241,8 +242,8 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::Poisoned`] if an earlier write to the disk failed,
-    /// [`StorageError::Unsupported`] if the tables are not for this version any more, other variants
-    /// if SQLite's log cannot be written back.
+    /// [`StorageError::Unsupported`] if the tables are not for this version any more, others if
+    /// SQLite's log cannot be written back.
     pub async fn close(self) -> Result<()> {
         match &*self.engine {
             Engine::Sqlite(engine) => engine.close().await,

@@ -193,7 +193,8 @@ def search_log(search: Ref, after: int = 0, island: int = 0) -> Call[tuple[Searc
         lines = answer.content.split(b"\n")
         return tuple(SearchLine.of(json.loads(line), client) for line in lines if line)
 
-    return Call("GET", path_of("jobs", id_of(search), "log"), read, query={"after": after, "island": island})
+    query = {"after": after} if island == 0 else {"after": after, "island": island}
+    return Call("GET", path_of("jobs", id_of(search), "log"), read, query=query)
 
 
 def search_events(search: Ref) -> Watch:

@@ -292,8 +292,9 @@ pub async fn log(
 ) -> Result<Response, ApiError> {
     let islands = app.store.islands(id).await?;
     let island = islands.iter().find(|own| own.island == query.island).ok_or_else(|| {
-        let count = islands.len();
-        ApiError::not_found(format!("the search has no island {}, only {count}", query.island))
+        let last = islands.len() - 1;
+        let got = query.island;
+        ApiError::not_found(format!("islands of this search are 0 to {last}, got {got}"))
     })?;
     let id = island.id;
     let lines = stream! {

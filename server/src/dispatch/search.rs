@@ -3,6 +3,7 @@
 //! Searches have their own queue and workers, so that pictures never wait behind them.
 
 mod islands;
+mod migration;
 mod publish;
 mod spread;
 #[cfg(test)]
@@ -21,7 +22,7 @@ use brood_storage::{
 use brood_target::Objective;
 use http::StatusCode;
 
-use self::islands::IslandFront;
+use self::islands::{IslandFront, WholeFront};
 use super::kind::{JobKind, Jobs, Lane, PendingGrant};
 use super::lease::{lease_ms, shortened, stale, stale_or};
 use super::pictures::PictureService;
@@ -100,7 +101,9 @@ impl JobKind for Searches {
                     return Ok(Some(pending));
                 }
                 Err(error) => {
-                    let reason = format!("cannot decode the start genomes: {error}");
+                    let reason = format!(
+                        "cannot decode the start genomes, or what another island sent: {error}"
+                    );
                     self.fail_claimed(&ticket, reason).await?;
                 }
             }
@@ -203,7 +206,8 @@ impl Searches {
                     own.take_generations(&now, held, done, best).await
                 }
                 SearchUpdate::Finished { front, seconds, is_reached } => {
-                    let found = IslandFront { front, is_reached };
+                    let generation = search.generation;
+                    let found = IslandFront { front, generation, is_reached };
                     own.take_front(&search, found, seconds).await
                 }
                 SearchUpdate::Failed(reason) => own.fail_search(&search, shortened(&reason)).await,
@@ -345,7 +349,9 @@ impl Searches {
         found: IslandFront,
         seconds: f64,
     ) -> Result<Directive, ApiError> {
-        let Some(front) = self.whole_front(search, found, seconds).await? else {
+        let Some(WholeFront { front, generation }) =
+            self.whole_front(search, found, seconds).await?
+        else {
             return Ok(Directive::Stop);
         };
         let plain = SearchStep { seconds, ..step(search) };
@@ -359,8 +365,9 @@ impl Searches {
             }),
             ..plain
         };
-        let found = (front, search.generation);
-        let Some(generation) = self.record(search, found, with).await? else {
+        let whole = StoredSearch { best: self.whole(search).await.best, ..search.clone() };
+        let found = (front, generation);
+        let Some(generation) = self.record(&whole, found, with).await? else {
             let reason = "no result is a genome of the lineage's dialect";
             return self.fail_search(search, reason.to_owned()).await;
         };
@@ -397,7 +404,7 @@ impl Searches {
         let end = SearchEnd {
             state: SearchState::Failed,
             reason: Some(reason),
-            front: search.best.clone().into_iter().collect(),
+            front: self.whole(search).await.best.into_iter().collect(),
             ended_ms: now_ms(),
         };
         let search = self.store.step_search(SearchStep { end: Some(end), ..step(search) }).await?;

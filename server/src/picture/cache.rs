@@ -35,7 +35,7 @@ pub enum Failure {
     Missing(Arc<str>),
     /// Too many pictures are queued, or its job was not written; a retry may help.
     Busy,
-    /// Its job cannot be made now, for this reason; a retry may help.
+    /// The job of the picture cannot be made now, for this reason; a retry may help.
     Unavailable(Arc<str>),
     /// Internal error; the reason was logged.
     Internal,

@@ -100,8 +100,8 @@ impl Balancer {
         self.servers.len()
     }
 
-    /// Returns the answers with status 500 by their text, with their numbers. They are repeated, but
-    /// an outage must be answered with 503.
+    /// Returns the answers with status 500 by their text, with their numbers. They are repeated,
+    /// but an outage must be answered with 503.
     pub fn faults(&self) -> BTreeMap<String, u32> {
         self.faults.lock().unwrap().clone()
     }

@@ -16,7 +16,7 @@ const STOPPED: Duration = Duration::from_millis(100);
 /// Longest time until a restarted server is ready.
 const READY: Duration = Duration::from_secs(60);
 
-/// What happens in a round.
+/// Fault of a round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// kill -9 of a server, which is started again.

@@ -64,7 +64,7 @@ impl Waits {
     }
 }
 
-/// What the cluster has acknowledged.
+/// Broods, pictures and searches that the cluster has acknowledged.
 #[derive(Default)]
 pub struct Record {
     /// Lineages by their number; those of one person are `PEOPLE` apart.
@@ -89,7 +89,7 @@ pub struct Load {
     seed: u64,
     /// Held by each person during a brood; a check holds it alone.
     pub turn: RwLock<()>,
-    /// What was acknowledged.
+    /// Acknowledged work.
     pub record: Mutex<Record>,
     stopped: AtomicBool,
 }

@@ -20,8 +20,8 @@ const MEASURES = [
 
 /**
  * A text field.
- * @param {{id: "name"|"seconds"|"generations"|"seed"|"threads"|"islands", name: string, placeholder:
- *   string, words?: string, number?: boolean}} props
+ * @param {{id: "name"|"seconds"|"generations"|"seed"|"threads"|"islands", name: string,
+ *   placeholder: string, words?: string, number?: boolean}} props
  */
 function Field({ id, name, placeholder, words, number = true }) {
   const wrong = searchStore.wrongField.value === id;

@@ -8,7 +8,7 @@ mod migration;
 mod presence;
 mod schema;
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
@@ -24,7 +24,7 @@ use crate::sql::{Conn, Held};
 use crate::write::{CommitTimes, WriteFuture};
 
 use bus::{Bus, BusLink};
-use presence::Presence;
+use presence::{Presence, Standing};
 pub(crate) use schema::Usage;
 
 /// Oldest supported PostgreSQL, as `server_version_num` gives it.
@@ -68,8 +68,8 @@ pub(crate) struct Postgres {
     pool: PgPool,
     /// Lock of a server or a copy; `None` for a command, and after [`Postgres::close`].
     presence: Mutex<Option<Presence>>,
-    /// True if the tables are not for this server any more.
-    is_excluded: Arc<AtomicBool>,
+    /// State of that lock.
+    standing: Option<Arc<Standing>>,
     /// Version of the server.
     pub version: String,
     waiting: Arc<Semaphore>,
@@ -118,7 +118,7 @@ impl Postgres {
                 None
             }
         };
-        let is_excluded = presence.as_ref().map(Presence::exclusion).unwrap_or_default();
+        let standing = presence.as_ref().map(Presence::standing);
         let pool = PgPoolOptions::new()
             .max_connections(connections)
             .acquire_timeout(WAIT)
@@ -132,17 +132,27 @@ impl Postgres {
             .connect_lazy_with(options);
         let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
         let presence = Mutex::new(presence);
-        Ok(Self { pool, presence, is_excluded, version, waiting, refused: AtomicU64::new(0) })
+        Ok(Self { pool, presence, standing, version, waiting, refused: AtomicU64::new(0) })
     }
 
     /// True if the tables were changed while the connection with the lock was lost, so that this
     /// server may not use them any more. Reads and writes then fail.
     pub fn is_excluded(&self) -> bool {
-        self.is_excluded.load(Ordering::Relaxed)
+        self.standing.as_ref().is_some_and(|standing| standing.is_excluded())
     }
 
     fn assert_included(&self) -> Result<()> {
         if self.is_excluded() { Err(excluded()) } else { Ok(()) }
+    }
+
+    /// Error if another process may change the tables now, or has changed them.
+    fn assert_usable(&self) -> Result<()> {
+        self.assert_included()?;
+        if self.standing.as_ref().is_some_and(|standing| standing.is_unconfirmed()) {
+            let reason = "the connection that keeps other versions from its tables is lost";
+            return Err(StorageError::Unreachable(reason.to_owned()));
+        }
+        Ok(())
     }
 
     /// Number of writes refused since the start.
@@ -173,14 +183,14 @@ impl Postgres {
 
     /// Returns a connection for one read.
     pub async fn reader(&self) -> Result<Conn> {
-        self.assert_included()?;
+        self.assert_usable()?;
         let conn = self.pool.acquire().await.map_err(|error| no_connection(&self.pool, error))?;
         Ok(Conn::Postgres(Held::Pooled(conn)))
     }
 
     /// Returns a connection for several reads of one consistent state.
     pub async fn snapshot(&self) -> Result<Conn> {
-        self.assert_included()?;
+        self.assert_usable()?;
         let pool = self.pool.clone();
         // A task cannot be cancelled. sqlx does not roll back a transaction whose BEGIN was
         // cancelled: the connection would return to the pool inside it.
@@ -198,7 +208,7 @@ impl Postgres {
         T: Send + 'static,
         F: for<'c> FnOnce(&'c mut Conn) -> WriteFuture<'c, Result<T>> + Send + 'static,
     {
-        self.assert_included()?;
+        self.assert_usable()?;
         let Ok(permit) = self.waiting.clone().try_acquire_owned() else {
             self.refused.fetch_add(1, Ordering::Relaxed);
             return Err(StorageError::Busy);

@@ -6,8 +6,8 @@ use brood_protocol::{
 
 use super::*;
 use crate::{
-    ClaimedSearch, EndedLease, IslandEnd, LostLeases, NewSearch, NewTarget, SearchChange,
-    SearchEnd, SearchStep, StoredArrival, StoredSearch,
+    ClaimedSearch, EndedLease, IslandEnd, IslandEnded, LostLeases, NewSearch, NewTarget,
+    SearchChange, SearchEnd, SearchStep, StoredArrival, StoredSearch,
 };
 
 fn target() -> NewTarget {
@@ -357,13 +357,14 @@ async fn island_waits_for_the_migrants_of_the_one_before() {
     assert!(first.checkpoint.is_some());
     // A lease that was lost takes them again; a later checkpoint has them.
     store.release_search(first.id, first.epoch, false, 30).await.unwrap();
-    let second = claim(&store).await;
-    assert_eq!(second.arrival, Some(StoredArrival::Migrants(vec![1])));
     let first = claim(&store).await;
     assert_eq!(first.arrival, Some(StoredArrival::Migrants(vec![2])));
     store.step_search(step(&first, 3..=3)).await.unwrap();
     store.release_search(first.id, first.epoch, false, 30).await.unwrap();
-    assert_eq!(claim(&store).await.arrival, None);
+    let first = claim(&store).await;
+    assert_eq!((first.id, &first.arrival), (ids[0], &None));
+    let second = claim(&store).await;
+    assert_eq!((second.id, &second.arrival), (ids[1], &Some(StoredArrival::Migrants(vec![1]))));
 }
 
 #[tokio::test]
@@ -383,7 +384,10 @@ async fn search_of_islands_ends_with_the_last() {
         seconds: 2.0,
         front: vec![u8::try_from(own.island).unwrap()],
     };
-    store.end_island(ids[0], end(&claimed[2])).await.unwrap().unwrap();
+    assert!(matches!(
+        store.end_island(ids[0], end(&claimed[2])).await.unwrap(),
+        IslandEnded::Stored(_)
+    ));
     let stale = store.end_island(ids[0], end(&claimed[2])).await;
     assert!(matches!(stale, Err(StorageError::Conflict { .. })), "{stale:?}");
     assert_eq!(
@@ -391,10 +395,10 @@ async fn search_of_islands_ends_with_the_last() {
         Some(StoredArrival::Front(vec![2])),
         "the first takes from the last"
     );
-    store.end_island(ids[0], end(&claimed[0])).await.unwrap().unwrap();
+    store.end_island(ids[0], end(&claimed[0])).await.unwrap();
     assert!(store.claim_search("worker", LEASE, 20).await.unwrap().is_none());
-    let others = store.end_island(ids[0], end(&claimed[1])).await.unwrap().unwrap_err();
-    assert_eq!(others, [(0, vec![0]), (2, vec![2])]);
+    let others = store.end_island(ids[0], end(&claimed[1])).await.unwrap();
+    assert_eq!(others, IslandEnded::Last(vec![(0, vec![0]), (2, vec![2])]));
     let last = SearchStep {
         archipelago: Some(ids[0]),
         lines: Vec::new(),
@@ -434,4 +438,24 @@ async fn change_of_a_search_concerns_all_of_its_islands() {
         store.release_search(claimed.id, claimed.epoch, true, 30).await.unwrap();
     }
     assert_eq!(states().await, [SearchState::Failed; 2]);
+}
+
+#[tokio::test]
+async fn islands_that_fail_at_once_end_with_the_leases_of_others() {
+    let (_dir, store, target, lineage) = fixture().await;
+    let ids = islands(&store, target, lineage, 3).await;
+    let other = search(&store, target, lineage).await;
+    for round in 1..=3 {
+        for _ in 0..4 {
+            claim(&store).await;
+        }
+        let lost = LostLeases::OfWorker("worker".to_owned());
+        let ended = store.end_search_leases(lost, 30).await.unwrap();
+        assert_eq!(ended.len(), if round < 3 { 4 } else { 2 }, "{ended:?}");
+    }
+    for id in [ids[0], ids[1], ids[2], other] {
+        let ended = store.search(id).await.unwrap();
+        assert_eq!(ended.state, SearchState::Failed);
+        assert_eq!(ended.reason.as_deref(), Some("worker_lost"));
+    }
 }

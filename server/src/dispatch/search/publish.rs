@@ -84,7 +84,7 @@ impl Searches {
     }
 
     /// Returns the search of an island; the island itself if the others cannot be read.
-    async fn whole(&self, island: &StoredSearch) -> StoredSearch {
+    pub(super) async fn whole(&self, island: &StoredSearch) -> StoredSearch {
         let Some(search) = island.archipelago() else { return island.clone() };
         match self.store.islands(search).await {
             Ok(islands) => whole_search(islands),

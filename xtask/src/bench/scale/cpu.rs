@@ -53,10 +53,12 @@ fn sum(stat: &[String], fields: &[usize]) -> Result<f64> {
     Ok(ticks.into_iter().sum::<f64>() / TICKS_PER_S)
 }
 
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(test)]
 mod tests {
+    #[cfg(target_os = "linux")]
     use super::{of_ended_children, own, with_children};
 
+    #[cfg(target_os = "linux")]
     #[test]
     fn time_of_this_process_is_counted_with_its_children() {
         let process = std::process::id();

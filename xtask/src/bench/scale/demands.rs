@@ -1,5 +1,5 @@
-//! Demands of a brood: CPU time and bytes for a fixed part and for each child, by least squares over
-//! broods of several sizes.
+//! Demands of a brood: CPU time and bytes for a fixed part and for each child, by least squares
+//! over broods of several sizes.
 
 use std::fmt::Write;
 

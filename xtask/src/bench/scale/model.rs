@@ -1,5 +1,5 @@
-//! Load model: demands that were measured, extrapolated to 1,000 workers and 10^9 individuals by the
-//! utilisation law: a resource is full when demand times rate is its capacity.
+//! Load model: demands that were measured, extrapolated to 1,000 workers and 10^9 individuals by
+//! the utilisation law: a resource is full when demand times rate is its capacity.
 
 use std::fmt::Write;
 

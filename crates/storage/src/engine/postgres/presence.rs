@@ -1,9 +1,9 @@
 //! Presence of a server or a copy on a database: its connection with the lock of the schema, which
 //! is made again after a restart of PostgreSQL.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use sqlx::migrate::Migrator;
 use sqlx::postgres::PgConnectOptions;
@@ -18,8 +18,39 @@ use crate::error::{Result, postgres_error};
 
 /// Interval between checks of the connection.
 const CHECK: Duration = Duration::from_secs(1);
+/// Interval between attempts to replace a lost connection.
+const RETRY: Duration = Duration::from_millis(200);
 /// Time for PostgreSQL to answer.
 const ANSWER: Duration = Duration::from_secs(5);
+
+/// Time after the last sign of the lock for which the tables may be used. A start that changes them
+/// waits longer.
+const CONFIRMED: Duration = Duration::from_secs(4);
+
+/// State of the lock of a process.
+#[derive(Debug)]
+pub(super) struct Standing {
+    is_excluded: AtomicBool,
+    /// Time of the last sign that the lock is held.
+    confirmed: Mutex<Instant>,
+}
+
+impl Standing {
+    /// True if the tables were changed while the lock was lost, so that this process may not use
+    /// them any more.
+    pub(super) fn is_excluded(&self) -> bool {
+        self.is_excluded.load(Ordering::Relaxed)
+    }
+
+    /// True if the lock was not seen for seconds, so that another process may change the tables.
+    pub(super) fn is_unconfirmed(&self) -> bool {
+        self.confirmed.lock().expect("nothing panics under this lock").elapsed() > CONFIRMED
+    }
+
+    fn confirm(&self) {
+        *self.confirmed.lock().expect("nothing panics under this lock") = Instant::now();
+    }
+}
 
 /// Lock of a schema, held until this is dropped.
 #[derive(Debug)]
@@ -27,7 +58,7 @@ pub(super) struct Presence {
     /// Ends the task when it is dropped.
     stop: oneshot::Sender<()>,
     task: JoinHandle<()>,
-    is_excluded: Arc<AtomicBool>,
+    standing: Arc<Standing>,
 }
 
 impl Presence {
@@ -47,15 +78,17 @@ impl Presence {
 
     fn new(conn: PgConnection, again: Option<(PgConnectOptions, &'static Migrator)>) -> Self {
         let (stop, stopped) = oneshot::channel();
-        let is_excluded = Arc::<AtomicBool>::default();
-        let keeper = Keeper { conn: Some(conn), again, is_excluded: is_excluded.clone() };
-        Self { stop, task: tokio::spawn(keeper.run(stopped)), is_excluded }
+        let standing = Arc::new(Standing {
+            is_excluded: AtomicBool::new(false),
+            confirmed: Mutex::new(Instant::now()),
+        });
+        let keeper = Keeper { conn: Some(conn), again, standing: standing.clone() };
+        Self { stop, task: tokio::spawn(keeper.run(stopped)), standing }
     }
 
-    /// Flag that is set if the tables were changed while the lock was lost, so that this server may
-    /// not use them any more.
-    pub(super) fn exclusion(&self) -> Arc<AtomicBool> {
-        self.is_excluded.clone()
+    /// State of the lock.
+    pub(super) fn standing(&self) -> Arc<Standing> {
+        self.standing.clone()
     }
 
     /// Releases the lock.
@@ -71,20 +104,21 @@ impl Presence {
 struct Keeper {
     conn: Option<PgConnection>,
     again: Option<(PgConnectOptions, &'static Migrator)>,
-    is_excluded: Arc<AtomicBool>,
+    standing: Arc<Standing>,
 }
 
 impl Keeper {
     async fn run(mut self, mut stopped: oneshot::Receiver<()>) {
         loop {
+            let interval = if self.conn.is_some() { CHECK } else { RETRY };
             tokio::select! {
                 // The sender is dropped.
                 _ = &mut stopped => break,
-                () = tokio::time::sleep(CHECK) => {}
+                () = tokio::time::sleep(interval) => {}
             }
             if let Err(error) = self.check().await {
                 tracing::error!(%error, "this server may not use the database any more");
-                self.is_excluded.store(true, Ordering::Relaxed);
+                self.standing.is_excluded.store(true, Ordering::Relaxed);
                 break;
             }
         }
@@ -106,7 +140,10 @@ impl Keeper {
     async fn check(&mut self) -> Result<()> {
         if let Some(conn) = &mut self.conn {
             match timeout(ANSWER, conn.ping()).await {
-                Ok(Ok(())) => return Ok(()),
+                Ok(Ok(())) => {
+                    self.standing.confirm();
+                    return Ok(());
+                }
                 _ => self.conn = None,
             }
         }
@@ -116,7 +153,12 @@ impl Keeper {
             Ok::<_, StorageError>(resume(&mut conn, steps).await?.then_some(conn))
         };
         match timeout(ANSWER, resumed).await {
-            Ok(Ok(conn)) => self.conn = conn,
+            Ok(Ok(conn)) => {
+                if conn.is_some() {
+                    self.standing.confirm();
+                }
+                self.conn = conn;
+            }
             Ok(Err(error @ StorageError::Unsupported(_))) => return Err(error),
             Ok(Err(error)) => tracing::debug!(%error, "cannot take the lock of the schema"),
             Err(_) => tracing::debug!("cannot take the lock of the schema in time"),
