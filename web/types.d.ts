@@ -2209,7 +2209,7 @@ export interface components {
              * Format: int32
              * @description Number of islands.
              */
-            islands?: number;
+            islands: number;
             /** @description True if the material is fitted as mirror symmetric. */
             mirrored: boolean;
             /** @description Display name. */

@@ -96,7 +96,7 @@ async fn campaign_loses_nothing_and_leaves_nothing_behind() {
         words.extend(["--allow-host", NAME].map(OsString::from));
         let log = logs.join(format!("server-{index}.log"));
         let process = Process::start(words, environment, log);
-        Server { process, host: Some(host), clock: Some((layer, 0)), data }
+        Server { process, host: Some(host), clock: Some((layer, 0)), _data: data }
     });
     let servers = servers.collect();
     let worker = |name: String, options: &[&str]| {
@@ -142,7 +142,7 @@ async fn servers_that_are_killed_under_load_lose_nothing() {
         let data = TempDir::new().unwrap();
         let log = folder.path().join(format!("server-{index}.log"));
         let process = Process::start(serve(listen, "1", &data), environment.clone(), log);
-        Server { process, host: None, clock: None, data }
+        Server { process, host: None, clock: None, _data: data }
     });
     let servers = servers.collect();
     let cluster = Cluster { servers, renderers: Vec::new(), searchers: Vec::new(), database: None };

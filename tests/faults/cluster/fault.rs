@@ -82,7 +82,7 @@ pub struct Server {
     /// Clock of the server, and its present error; `None` in the short form.
     pub clock: Option<(Layer, i64)>,
     /// Data directory, kept as long as the server.
-    pub data: TempDir,
+    pub _data: TempDir,
 }
 
 /// Cluster under test.
