@@ -338,7 +338,8 @@ class Island(Record):
 
     Attributes:
         island: Number of the island, from 0.
-        state: State of the island; `succeeded` if its budget is used up or the target error reached.
+        state: State of the island; `succeeded` if its budget is used up or the target error is
+            reached.
         generation: Number of generations so far.
         evaluations: Number of evaluated candidates so far.
         seconds: Search time in seconds, without waiting for other islands.
@@ -400,8 +401,8 @@ class Search(Record):
     generation: int
     evaluations: int
     seconds: float
-    islands: int = field(repr=False)
-    each_island: tuple[Island, ...] = field(repr=False)
+    islands: int = field(default=1, repr=False)
+    each_island: tuple[Island, ...] = field(default=(), repr=False)
     budget: Mapping[str, float] = field(hash=False)
     strategy: str
     seed: int
