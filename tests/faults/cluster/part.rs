@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 /// Bytes of a log that are printed if the test fails.
 const SHOWN: usize = 3000;
 /// Longest time for the end of a process after SIGTERM.
-const END: Duration = Duration::from_secs(30);
+const END: Duration = Duration::from_secs(40);
 
 /// Process that can be started again with the same arguments.
 pub struct Process {

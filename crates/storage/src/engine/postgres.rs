@@ -16,6 +16,7 @@ use sqlx::migrate::Migrator;
 use sqlx::postgres::{PgConnectOptions, PgPoolOptions};
 use sqlx::{ConnectOptions, Connection, PgConnection, PgPool};
 use tokio::sync::Semaphore;
+use tokio::time::timeout;
 
 use crate::StorageError;
 use crate::address::DatabaseAddress;
@@ -37,6 +38,8 @@ const WAIT: Duration = Duration::from_secs(5);
 const WAITING_WRITES: usize = 256;
 /// A connection that was idle for this long is checked before it is used.
 const IDLE: Duration = Duration::from_secs(1);
+/// Time for the end of statements when the connections are closed.
+const CLOSE_LIMIT: Duration = Duration::from_secs(5);
 /// Limits of a session. The first ends the transaction of a lost server, which holds the lock of a
 /// lineage until then.
 const LIMITS: [(&str, &str); 7] = [
@@ -173,7 +176,10 @@ impl Postgres {
     /// # Errors
     /// Returns [`StorageError::Unsupported`] if the tables are not for this server any more.
     pub async fn close(&self) -> Result<()> {
-        self.pool.close().await;
+        // A statement whose answer was lost waits for ever. PostgreSQL ends its transaction.
+        if timeout(CLOSE_LIMIT, self.pool.close()).await.is_err() {
+            tracing::warn!("connections with PostgreSQL are left, since statements have no answer");
+        }
         let presence = self.presence.lock().expect("no code panics while holding this lock").take();
         if let Some(presence) = presence {
             presence.end().await;

@@ -307,3 +307,24 @@ async fn servers_of_one_database_hear_each_other_and_know_of_losses() {
     assert_eq!(second_hears.recv().await.unwrap(), BusEvent::Gap, "the first is silent");
     other_link.abort();
 }
+
+#[tokio::test]
+async fn store_closes_although_a_statement_has_no_answer() {
+    let Some([store, other]) = two_stores().await else { return };
+    let (begun, has_begun) = tokio::sync::oneshot::channel();
+    let waiting = store.clone();
+    let waits = tokio::spawn(async move {
+        let hangs = waiting.write(operation!(|_conn| {
+            begun.send(()).unwrap();
+            std::future::pending::<()>().await;
+            Ok(())
+        }));
+        hangs.await
+    });
+    has_begun.await.unwrap();
+    let start = Instant::now();
+    store.close().await.unwrap();
+    assert!(start.elapsed() < Duration::from_secs(9), "{:?}", start.elapsed());
+    waits.abort();
+    other.close().await.unwrap();
+}
