@@ -31,6 +31,7 @@ from .export import ExportJob
 from .generation import Generation
 from .genome import ExportFormat, Model, Parameter, Preset
 from .individual import Individual
+from .island import Island
 from .job import DeferredAnswer, RenderJob
 from .lineage import Lineage
 from .record import Record
@@ -39,7 +40,6 @@ from .scene import Asset, Mesh, MeshWarning, Scene
 from .search import (
     FoundMaterial,
     FoundView,
-    Island,
     MaterialSpread,
     NextScene,
     Search,

@@ -15,6 +15,7 @@ from .event import Event, Watch
 from .export import ExportJob
 from .genome import genome_json, genome_text
 from .individual import export, inspection, picture
+from .island import Island
 from .job import DeferredAnswer, RenderJob
 from .progress import Progress
 from .record import Method, Record, listing, nothing, read_bytes, record_of
@@ -23,7 +24,6 @@ from .retry import Pause, Steps
 __all__ = [
     "FoundMaterial",
     "FoundView",
-    "Island",
     "MaterialSpread",
     "NextScene",
     "Search",
@@ -330,30 +330,6 @@ class FoundMaterial(Record):
         """Returns its picture for a notebook; None without an open synchronous client."""
         client = self._shown_by
         return None if client is None else picture(self).sync(client)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Island(Record):
-    """One of several islands of a search.
-
-    Attributes:
-        island: Number of the island, from 0.
-        state: State of the island; `succeeded` if its budget is used up or the target error is
-            reached.
-        generation: Number of generations so far.
-        evaluations: Number of evaluated candidates so far.
-        seconds: Search time in seconds, without waiting for other islands.
-        fitted: E_log of its best candidate on the samples it is fitted to.
-        held: E_log of its best candidate on the validation samples.
-    """
-
-    island: int
-    state: str
-    generation: int
-    evaluations: int
-    seconds: float
-    fitted: float | None = None
-    held: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
