@@ -13,8 +13,8 @@ use crate::problem::ApiError;
 /// Lifetime of a cached token check: a token added or revoked by another process takes effect after
 /// this time.
 const TOKEN_TTL: Duration = Duration::from_millis(500);
-/// Time after its last check in which the token of a worker is valid while the database does not
-/// answer. Pictures are rendered and leases renewed meanwhile, which need no database.
+/// Time for which the token of a worker remains valid after its last check if the database does not
+/// answer. So workers continue to render and to renew leases of pictures, without the database.
 const KNOWN_TTL: Duration = Duration::from_secs(60);
 /// Time for the database to answer about the known token of a worker. Leases last 2 s or more.
 const KNOWN_WAIT: Duration = Duration::from_millis(250);

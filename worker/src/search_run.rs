@@ -106,7 +106,7 @@ impl SearchRun {
         Ok(run)
     }
 
-    /// Adds what has come of the island before.
+    /// Adds the programs of the previous island, or notes its end.
     pub(crate) fn take(&mut self, arrival: &Arrival) -> Result<(), String> {
         match arrival {
             Arrival::Migrants(genomes) => {
@@ -176,8 +176,9 @@ impl SearchRun {
         })
     }
 
-    /// Returns a checkpoint after the last generation; `None` before the first, and if an island
-    /// before this has reached the target error: the last checkpoint is followed by that.
+    /// Returns a checkpoint after the last generation; `None` before the first. Also `None` if an
+    /// earlier island has reached the target error: the next lease begins at the last stored
+    /// checkpoint and gets the end of that island again.
     pub(crate) fn save(&mut self) -> Option<SearchUpdate> {
         (self.has_begun && !self.is_told_to_end).then(|| SearchUpdate::Generations {
             lines: Vec::new(),

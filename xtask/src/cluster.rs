@@ -57,7 +57,8 @@ impl Options {
         if let [word] = words {
             bail!("unknown option of faults --cluster, or no value: {word}");
         }
-        // Rounds without a time follow one another; neither is the whole campaign.
+        // With `--rounds` alone, rounds follow each other without pauses. Without both options, a
+        // campaign has 100 rounds in 30 minutes.
         let usual = if rounds.is_some() { 0 } else { 30 };
         Ok(Self { rounds: rounds.unwrap_or(100), minutes: minutes.unwrap_or(usual), seed })
     }

@@ -1,6 +1,6 @@
 //! `cargo xtask dist`: the files of a release, in `target/dist`.
 //!
-//! A tarball of the static binary with its systemd unit and container file, its bill of materials
+//! A tarball of the static binary with its files of deployment, its bill of materials
 //! (CycloneDX), the Python wheel, and checksums of all. The binary is linked with musl, so that it
 //! runs on any Linux and in an empty container; it has no GPU backend, because GPU drivers are
 //! shared libraries.

@@ -1,11 +1,10 @@
 //! Islands of a search: its other rows, the programs that migrate among them, and their end.
 //!
-//! A search of one island is one row. With several, the first island has the id of the search, and
-//! each is leased by itself. An island that has reached a generation of migration stores a
-//! checkpoint, its programs for the next island, and waits for those of the island before: it
-//! cannot be leased until they, or the front of an island that has ended, are there. Changes by
-//! users and the end of the search concern all rows in one transaction, which locks the first row
-//! first.
+//! Each island is a row with a lease of its own; the id of the first island is that of the search.
+//! At a generation of migration, an island stores a checkpoint and its programs for the next
+//! island. It can be leased again once the previous island has stored its programs of that
+//! generation, or has ended and stored its front. Changes by users and the end of the search
+//! change all rows in one transaction, which locks the row of the first island first.
 
 use brood_protocol::JobId;
 
@@ -58,8 +57,8 @@ pub(crate) const CLAIMABLE: &str = "found IS NULL AND (awaits IS NULL
          WHERE previous.id = search.previous_id AND previous.found IS NOT NULL))";
 
 impl Store {
-    /// Returns what has come of the island before one, for a generation; `None` if it is not there
-    /// yet.
+    /// Returns the programs of the previous island of a generation, or its front if it has ended
+    /// before; `None` if neither is stored yet.
     ///
     /// # Errors
     /// Returns a `StorageError` if the read fails.
@@ -136,7 +135,8 @@ pub(crate) async fn lock_all(conn: &mut Conn, search: JobId) -> Result<()> {
     Ok(())
 }
 
-/// Returns what has come of the island before one, for a generation.
+/// Returns the programs of the previous island of a generation, or its front if it has ended
+/// before.
 pub(crate) async fn arrival(
     conn: &mut Conn,
     island: JobId,

@@ -122,8 +122,8 @@ pub enum MigrationStep {
 /// changed, except that a database of an earlier version is brought up to date.
 ///
 /// # Errors
-/// Returns [`StorageError::Locked`] if a server uses one of them, [`StorageError::Mixed`] if
-/// the PostgreSQL database has other rows, others as [`Store::open`](crate::Store::open) and
+/// Returns [`StorageError::Locked`] if a server uses the directory, [`StorageError::Mixed`] if the
+/// PostgreSQL database has other rows, others as [`Store::open`](crate::Store::open) and
 /// [`Store::connect`](crate::Store::connect).
 pub async fn migrate(
     dir: &Path,

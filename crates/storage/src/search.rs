@@ -419,7 +419,7 @@ pub(crate) async fn fetch(conn: &mut Conn, id: JobId) -> Result<StoredSearch> {
     StoredSearch::read(&query.fetch_one(conn).await?)
 }
 
-/// Removes what islands of a search that has ended had for each other.
+/// Removes the migrants and the separate fronts of the islands of a search that has ended.
 pub(crate) async fn forget_islands(conn: &mut Conn, search: JobId) -> Result<()> {
     for sql in [
         "DELETE FROM migrant WHERE search_id IN

@@ -330,7 +330,7 @@ pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
             ON CONFLICT (search_id, generation) DO NOTHING";
         let send = query(send).bind(step.id.key()).bind(last.generation);
         send.bind(genomes.as_slice()).execute(conn).await?;
-        // Those of generations before this checkpoint are in it.
+        // This checkpoint includes the migrants of earlier generations.
         let taken = "DELETE FROM migrant WHERE generation < ?
             AND search_id = (SELECT previous_id FROM search WHERE id = ?)";
         query(taken).bind(last.generation).bind(step.id.key()).execute(conn).await?;

@@ -133,10 +133,10 @@ impl Store {
     /// ([`DatabaseAddress::with_connections`]), and four for other purposes.
     ///
     /// # Errors
-    /// Returns [`StorageError::Locked`] if another server uses the directory, or a copy of another
-    /// database is made, [`StorageError::Unreachable`] if there is no connection,
-    /// [`StorageError::Unsupported`] if the address, the server, one of its settings or the schema
-    /// is not supported.
+    /// Returns [`StorageError::Locked`] if another server uses the directory,
+    /// [`StorageError::Unreachable`] if there is no connection, [`StorageError::Unsupported`] if the
+    /// address, the server, one of its settings or the schema is not supported, or if a copy is made
+    /// into the database.
     pub async fn connect(address: &DatabaseAddress, data: &Path) -> Result<Self> {
         let lock = DirectoryLock::take(data)?;
         let engine = Postgres::connect(address, Usage::Server).await?;

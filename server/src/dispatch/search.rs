@@ -40,6 +40,7 @@ pub use publish::search_json;
 
 /// Most generations per report.
 const REPORT_LINES: usize = 100_000;
+
 /// Generations that a worker reports.
 #[derive(Debug, Clone)]
 struct Generations {

@@ -93,8 +93,8 @@ pub fn whole_search(islands: Vec<StoredSearch>) -> StoredSearch {
 }
 
 /// Merges the fronts of islands, each with its best material first. A material stays if it has a
-/// smaller error than all that are as short. The best comes first: of the best of the islands that
-/// of least error, the first among equals.
+/// smaller error than all others of at most its number of operations. The material of least error
+/// comes first; of equal ones, that of the first island.
 pub(super) fn merged(fronts: Vec<Vec<MeasuredMaterial>>) -> Vec<MeasuredMaterial> {
     let bests = fronts.iter().filter_map(|front| front.first());
     let Some(best) = bests.min_by(|a, b| a.e_log.total_cmp(&b.e_log)).cloned() else {

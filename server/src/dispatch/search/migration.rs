@@ -8,13 +8,13 @@ use super::islands::{IslandFront, WholeFront, arrival_of, merged};
 use crate::dispatch::lease::{stale, stale_or};
 use crate::problem::ApiError;
 
-/// A best material of one island is recorded if its validation error is below this share of that of
-/// the best one recorded of any.
+/// The best material of an island is recorded if its validation error is below this share of the
+/// lowest error that any island has recorded.
 const NOTABLE_RATIO: f64 = 0.9;
 
 impl Searches {
-    /// Returns what has come of the island before one, for a generation; `None` if it is not there
-    /// yet.
+    /// Returns the programs of the previous island of a generation, or its end; `None` if neither
+    /// is stored yet.
     pub(super) async fn arrival(
         &self,
         island: &StoredSearch,
@@ -25,8 +25,8 @@ impl Searches {
         arrival.map_err(|error| ApiError::internal(format!("decode migrants: {error}")))
     }
 
-    /// Returns the answer to a repeated report, which has kept its lease: `directive`, or what has
-    /// come of the island before, if it is one of emigrants after this generation.
+    /// Returns the answer to a repeated report that has kept its lease: the arrival from the
+    /// previous island if the report had emigrants of generation `migration`, else `directive`.
     pub(super) async fn repeated(
         &self,
         island: &StoredSearch,

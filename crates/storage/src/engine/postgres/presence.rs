@@ -24,7 +24,7 @@ const RETRY: Duration = Duration::from_millis(200);
 const ANSWER: Duration = Duration::from_secs(5);
 
 /// Time after the last sign of the lock for which the tables may be used. A start that changes them
-/// waits longer.
+/// waits longer: `LOCKS_FREE` of `schema.rs`.
 const CONFIRMED: Duration = Duration::from_secs(4);
 
 /// State of the lock of a process.
@@ -47,8 +47,9 @@ impl Standing {
         self.confirmed.lock().expect("nothing panics under this lock").elapsed() > CONFIRMED
     }
 
-    fn confirm(&self) {
-        *self.confirmed.lock().expect("nothing panics under this lock") = Instant::now();
+    /// Records that the lock was held at this time.
+    fn confirm(&self, at: Instant) {
+        *self.confirmed.lock().expect("nothing panics under this lock") = at;
     }
 }
 
@@ -138,10 +139,12 @@ impl Keeper {
     /// # Errors
     /// Returns [`StorageError::Unsupported`] if the tables are not for this build any more.
     async fn check(&mut self) -> Result<()> {
+        // An answer may be read long after it was sent.
+        let asked = Instant::now();
         if let Some(conn) = &mut self.conn {
             match timeout(ANSWER, conn.ping()).await {
                 Ok(Ok(())) => {
-                    self.standing.confirm();
+                    self.standing.confirm(asked);
                     return Ok(());
                 }
                 _ => self.conn = None,
@@ -155,7 +158,7 @@ impl Keeper {
         match timeout(ANSWER, resumed).await {
             Ok(Ok(conn)) => {
                 if conn.is_some() {
-                    self.standing.confirm();
+                    self.standing.confirm(asked);
                 }
                 self.conn = conn;
             }
