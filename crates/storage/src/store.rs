@@ -134,9 +134,9 @@ impl Store {
     ///
     /// # Errors
     /// Returns [`StorageError::Locked`] if another server uses the directory,
-    /// [`StorageError::Unreachable`] if there is no connection, [`StorageError::Unsupported`] if the
-    /// address, the server, one of its settings or the schema is not supported, or if a copy is made
-    /// into the database.
+    /// [`StorageError::Unreachable`] if there is no connection, [`StorageError::Unsupported`] if
+    /// the address, the server, one of its settings or the schema is not supported, or if a copy is
+    /// made into the database.
     pub async fn connect(address: &DatabaseAddress, data: &Path) -> Result<Self> {
         let lock = DirectoryLock::take(data)?;
         let engine = Postgres::connect(address, Usage::Server).await?;
