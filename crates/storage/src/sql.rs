@@ -4,27 +4,28 @@
 //! engines read it. The tables' modules use sqlx through this file only.
 
 mod dialect;
+mod session;
 
 use std::borrow::Cow;
 use std::ops::{Deref, DerefMut};
 
 use sqlx::pool::PoolConnection;
-use sqlx::postgres::{PgArguments, PgRow};
+use sqlx::postgres::PgRow;
 use sqlx::query::Query as SqlxQuery;
 use sqlx::sqlite::{SqliteArguments, SqliteRow};
 use sqlx::{
-    AssertSqlSafe, ColumnIndex, Connection as _, Database, Postgres, Row as _, Sqlite,
-    SqliteConnection, Transaction,
+    AssertSqlSafe, ColumnIndex, Connection as _, Row as _, Sqlite, SqliteConnection, Transaction,
 };
 
 use crate::StorageError;
 use crate::column::{Column, corrupt_column};
-use crate::error::{Result, postgres_error};
+use crate::error::Result;
+pub(crate) use session::{LinkLoss, Session, answers};
 
 /// Connection to the database.
 pub(crate) enum Conn {
-    Sqlite(Held<Sqlite>),
-    Postgres(Held<Postgres>),
+    Sqlite(Held),
+    Postgres(Session),
 }
 
 /// Number of the lock of [`Conn::lock_genomes`]: "genome" in ASCII.
@@ -39,20 +40,20 @@ pub(crate) enum GenomeUse {
     Removal,
 }
 
-/// Connection of an engine, by its owner.
-pub(crate) enum Held<DB: Database> {
+/// Connection of SQLite, by its owner.
+pub(crate) enum Held {
     /// Opened for this use alone.
-    Own(DB::Connection),
+    Own(SqliteConnection),
     /// Taken from a pool, to which it returns.
-    Pooled(PoolConnection<DB>),
+    Pooled(PoolConnection<Sqlite>),
     /// Taken from a pool, in a transaction that ends with it.
-    Transaction(Transaction<'static, DB>),
+    Transaction(Transaction<'static, Sqlite>),
 }
 
-impl<DB: Database> Deref for Held<DB> {
-    type Target = DB::Connection;
+impl Deref for Held {
+    type Target = SqliteConnection;
 
-    fn deref(&self) -> &DB::Connection {
+    fn deref(&self) -> &SqliteConnection {
         match self {
             Self::Own(conn) => conn,
             Self::Pooled(conn) => conn,
@@ -61,8 +62,8 @@ impl<DB: Database> Deref for Held<DB> {
     }
 }
 
-impl<DB: Database> DerefMut for Held<DB> {
-    fn deref_mut(&mut self) -> &mut DB::Connection {
+impl DerefMut for Held {
+    fn deref_mut(&mut self) -> &mut SqliteConnection {
         match self {
             Self::Own(conn) => conn,
             Self::Pooled(conn) => conn,
@@ -181,10 +182,7 @@ impl Query {
     pub(crate) async fn execute(self, conn: &mut Conn) -> Result<u64> {
         match conn {
             Conn::Sqlite(conn) => Ok(self.sqlite().execute(&mut **conn).await?.rows_affected()),
-            Conn::Postgres(conn) => {
-                let done = self.postgres().execute(&mut **conn).await.map_err(postgres_error)?;
-                Ok(done.rows_affected())
-            }
+            Conn::Postgres(conn) => conn.execute(self.postgres()).await,
         }
     }
 
@@ -195,8 +193,8 @@ impl Query {
                 Ok(self.sqlite().fetch_optional(&mut **conn).await?.map(SqlRow::Sqlite))
             }
             Conn::Postgres(conn) => {
-                let row = self.postgres().fetch_optional(&mut **conn).await;
-                Ok(row.map_err(postgres_error)?.map(SqlRow::Postgres))
+                let rows = conn.rows(self.postgres()).await?;
+                Ok(rows.into_iter().next().map(SqlRow::Postgres))
             }
         }
     }
@@ -214,7 +212,7 @@ impl Query {
                 Ok(rows.into_iter().map(SqlRow::Sqlite).collect())
             }
             Conn::Postgres(conn) => {
-                let rows = self.postgres().fetch_all(&mut **conn).await.map_err(postgres_error)?;
+                let rows = conn.rows(self.postgres()).await?;
                 Ok(rows.into_iter().map(SqlRow::Postgres).collect())
             }
         }
@@ -240,7 +238,7 @@ impl Query {
         })
     }
 
-    fn postgres(self) -> SqlxQuery<'static, Postgres, PgArguments> {
+    fn postgres(self) -> session::Statement {
         let query = sqlx::query(AssertSqlSafe(dialect::postgres(&self.text)));
         self.values.into_iter().fold(query, |query, value| match value {
             Value::Flag(flag) => query.bind(flag),
@@ -318,17 +316,12 @@ impl Conn {
     /// Ends the transaction of a connection: commits it, or rolls it back.
     pub(crate) async fn end(self, commit: bool) -> Result<()> {
         match self {
-            Self::Postgres(Held::Transaction(transaction)) if commit => {
-                transaction.commit().await.map_err(postgres_error)
-            }
-            Self::Postgres(Held::Transaction(transaction)) => {
-                transaction.rollback().await.map_err(postgres_error)
-            }
+            Self::Postgres(session) => session.end(commit).await,
             Self::Sqlite(Held::Transaction(transaction)) if commit => {
                 Ok(transaction.commit().await?)
             }
             Self::Sqlite(Held::Transaction(transaction)) => Ok(transaction.rollback().await?),
-            Self::Sqlite(_) | Self::Postgres(_) => Ok(()),
+            Self::Sqlite(_) => Ok(()),
         }
     }
 }

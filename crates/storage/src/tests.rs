@@ -7,6 +7,7 @@ mod durability;
 mod export_file;
 mod family;
 mod history;
+mod lost_link;
 mod migration;
 mod migration_rules;
 mod packing;

@@ -21,7 +21,7 @@ use tokio::time::timeout;
 use crate::StorageError;
 use crate::address::DatabaseAddress;
 use crate::error::{Result, postgres_error};
-use crate::sql::{Conn, Held};
+use crate::sql::{Conn, LinkLoss, Session, answers};
 use crate::write::{CommitTimes, WriteFuture};
 
 use bus::{Bus, BusLink};
@@ -69,6 +69,7 @@ pub(crate) static MIGRATIONS: Migrator = sqlx::migrate!("../../migrations/postgr
 #[derive(Debug)]
 pub(crate) struct Postgres {
     pool: PgPool,
+    loss: LinkLoss,
     /// Lock of a server or a copy; `None` for a command, and after [`Postgres::close`].
     presence: Mutex<Option<Presence>>,
     /// State of that lock.
@@ -113,29 +114,22 @@ impl Postgres {
             assert_connections(&mut conn, connections).await?;
         }
         schema::prepare(&mut conn, usage, steps).await?;
+        let loss = LinkLoss::default();
         let presence = match usage {
-            Usage::Server => Some(Presence::of_server(conn, options.clone(), steps)),
-            Usage::Alone => Some(Presence::of_copy(conn)),
+            Usage::Server => {
+                Some(Presence::of_server(conn, loss.clone(), (options.clone(), steps)))
+            }
+            Usage::Alone => Some(Presence::of_copy(conn, loss.clone())),
             Usage::Command => {
                 conn.close().await.map_err(postgres_error)?;
                 None
             }
         };
         let standing = presence.as_ref().map(Presence::standing);
-        let pool = PgPoolOptions::new()
-            .max_connections(connections)
-            .acquire_timeout(WAIT)
-            .test_before_acquire(false)
-            .before_acquire(|conn, meta| {
-                Box::pin(async move {
-                    // A connection that PostgreSQL has closed is replaced.
-                    Ok(meta.idle_for < IDLE || conn.ping().await.is_ok())
-                })
-            })
-            .connect_lazy_with(options);
+        let pool = pool(connections, loss.clone()).connect_lazy_with(options);
         let waiting = Arc::new(Semaphore::new(WAITING_WRITES));
         let presence = Mutex::new(presence);
-        Ok(Self { pool, presence, standing, version, waiting, refused: AtomicU64::new(0) })
+        Ok(Self { pool, loss, presence, standing, version, waiting, refused: AtomicU64::new(0) })
     }
 
     /// True if the tables were changed while the connection with the lock was lost, so that this
@@ -176,7 +170,7 @@ impl Postgres {
     /// # Errors
     /// Returns [`StorageError::Unsupported`] if the tables are not for this server any more.
     pub async fn close(&self) -> Result<()> {
-        // A statement whose answer was lost waits for ever. PostgreSQL ends its transaction.
+        // A statement waits longer for a lost answer. PostgreSQL ends its transaction.
         if timeout(CLOSE_LIMIT, self.pool.close()).await.is_err() {
             tracing::warn!("connections with PostgreSQL are left, since statements have no answer");
         }
@@ -190,21 +184,15 @@ impl Postgres {
     /// Returns a connection for one read.
     pub async fn reader(&self) -> Result<Conn> {
         self.assert_usable()?;
-        let conn = self.pool.acquire().await.map_err(|error| no_connection(&self.pool, error))?;
-        Ok(Conn::Postgres(Held::Pooled(conn)))
+        Ok(Conn::Postgres(session(&self.pool, &self.loss).await?))
     }
 
     /// Returns a connection for several reads of one consistent state.
     pub async fn snapshot(&self) -> Result<Conn> {
         self.assert_usable()?;
-        let pool = self.pool.clone();
-        // A task cannot be cancelled. sqlx does not roll back a transaction whose BEGIN was
-        // cancelled: the connection would return to the pool inside it.
-        let begin = tokio::spawn(async move {
-            pool.begin_with(SNAPSHOT).await.map_err(|error| no_connection(&pool, error))
-        });
-        let snapshot = begin.await.unwrap_or(Err(StorageError::Closed))?;
-        Ok(Conn::Postgres(Held::Transaction(snapshot)))
+        let mut session = session(&self.pool, &self.loss).await?;
+        session.begin(SNAPSHOT).await?;
+        Ok(Conn::Postgres(session))
     }
 
     /// Runs an operation in a transaction, and returns when it is committed. It is committed even
@@ -219,14 +207,14 @@ impl Postgres {
             self.refused.fetch_add(1, Ordering::Relaxed);
             return Err(StorageError::Busy);
         };
-        let pool = self.pool.clone();
+        let (pool, loss) = (self.pool.clone(), self.loss.clone());
         let write = tokio::spawn(async move {
             let enqueued = Instant::now();
-            let transaction =
-                pool.begin_with(BEGIN).await.map_err(|error| no_connection(&pool, error))?;
+            let mut session = session(&pool, &loss).await?;
+            session.begin(BEGIN).await?;
             drop(permit);
             let started = Instant::now();
-            let mut conn = Conn::Postgres(Held::Transaction(transaction));
+            let mut conn = Conn::Postgres(session);
             let result = operation(&mut conn).await;
             let written = Instant::now();
             conn.end(result.is_ok()).await?;
@@ -315,6 +303,26 @@ async fn assert_durable(conn: &mut PgConnection) -> Result<()> {
 
 async fn show(conn: &mut PgConnection, sql: &'static str) -> Result<String> {
     sqlx::query_scalar(sql).fetch_one(conn).await.map_err(postgres_error)
+}
+
+/// Makes a pool that replaces the connections that PostgreSQL or the loss of the link has closed.
+fn pool(connections: u32, loss: LinkLoss) -> PgPoolOptions {
+    PgPoolOptions::new()
+        .max_connections(connections)
+        .acquire_timeout(WAIT)
+        .test_before_acquire(false)
+        .before_acquire(move |conn, meta| {
+            let is_lost = Instant::now()
+                .checked_sub(meta.idle_for)
+                .is_some_and(|returned| loss.is_after(returned));
+            Box::pin(async move { Ok(!is_lost && (meta.idle_for < IDLE || answers(conn).await)) })
+        })
+}
+
+/// Takes a connection from the pool.
+async fn session(pool: &PgPool, loss: &LinkLoss) -> Result<Session> {
+    let conn = pool.acquire().await.map_err(|error| no_connection(pool, error))?;
+    Ok(Session::new(conn, loss.clone()))
 }
 
 /// Error for a failure to get a connection from the pool. It also times out if PostgreSQL does not

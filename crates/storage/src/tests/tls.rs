@@ -5,16 +5,18 @@ use sqlx::{AssertSqlSafe, Connection, Executor, PgConnection, Row};
 
 use super::*;
 
-/// Server that accepts TLS at `localhost`, with a new role.
-struct Encrypted {
+/// Server that accepts TLS at `localhost`, with a new role that has a schema.
+pub(super) struct Encrypted {
     /// Address without parameters.
-    address: String,
+    pub(super) address: String,
+    /// Port at `localhost`.
+    pub(super) port: u16,
     /// Path of the server's certificate.
     certificate: String,
 }
 
 impl Encrypted {
-    async fn find() -> Option<Self> {
+    pub(super) async fn find() -> Option<Self> {
         let address = std::env::var("BROOD_TEST_DATABASE").ok()?;
         let mut conn = PgConnection::connect(&address).await.unwrap();
         let sql = "SELECT current_setting('ssl') AS ssl, current_setting('port') AS port,
@@ -31,6 +33,7 @@ impl Encrypted {
         let port: &str = settings.get("port");
         Some(Self {
             address: format!("postgres://{name}:secret@localhost:{port}/postgres"),
+            port: port.parse().unwrap(),
             certificate: settings.get("file"),
         })
     }
@@ -38,7 +41,7 @@ impl Encrypted {
 
 #[tokio::test]
 async fn connection_is_encrypted_if_the_certificate_is_trusted() {
-    let Some(Encrypted { address, certificate }) = Encrypted::find().await else { return };
+    let Some(Encrypted { address, certificate, .. }) = Encrypted::find().await else { return };
     let data = tempfile::tempdir().unwrap();
     let connect = async |parameters: &str| {
         let address = format!("{address}?{parameters}").into();

@@ -15,6 +15,7 @@ use tokio::time::timeout;
 use super::schema::{release_all, resume};
 use crate::StorageError;
 use crate::error::{Result, postgres_error};
+use crate::sql::LinkLoss;
 
 /// Interval between checks of the connection.
 const CHECK: Duration = Duration::from_secs(1);
@@ -26,6 +27,9 @@ const ANSWER: Duration = Duration::from_secs(5);
 /// Time after the last sign of the lock for which the tables may be used. A start that changes them
 /// waits longer: `LOCKS_FREE` of `schema.rs`.
 const CONFIRMED: Duration = Duration::from_secs(4);
+
+/// Address of a database with the migrations of this build, to take a lost lock again.
+pub(super) type Reconnection = (PgConnectOptions, &'static Migrator);
 
 /// State of the lock of a process.
 #[derive(Debug)]
@@ -64,26 +68,22 @@ pub(super) struct Presence {
 
 impl Presence {
     /// Keeps a connection with the lock of a server. It is replaced when it is lost.
-    pub(super) fn of_server(
-        conn: PgConnection,
-        options: PgConnectOptions,
-        steps: &'static Migrator,
-    ) -> Self {
-        Self::new(conn, Some((options, steps)))
+    pub(super) fn of_server(conn: PgConnection, loss: LinkLoss, again: Reconnection) -> Self {
+        Self::new(conn, loss, Some(again))
     }
 
     /// Keeps a connection with all locks. It is not replaced.
-    pub(super) fn of_copy(conn: PgConnection) -> Self {
-        Self::new(conn, None)
+    pub(super) fn of_copy(conn: PgConnection, loss: LinkLoss) -> Self {
+        Self::new(conn, loss, None)
     }
 
-    fn new(conn: PgConnection, again: Option<(PgConnectOptions, &'static Migrator)>) -> Self {
+    fn new(conn: PgConnection, loss: LinkLoss, again: Option<Reconnection>) -> Self {
         let (stop, stopped) = oneshot::channel();
         let standing = Arc::new(Standing {
             is_excluded: AtomicBool::new(false),
             confirmed: Mutex::new(Instant::now()),
         });
-        let keeper = Keeper { conn: Some(conn), again, standing: standing.clone() };
+        let keeper = Keeper { conn: Some(conn), loss, again, standing: standing.clone() };
         Self { stop, task: tokio::spawn(keeper.run(stopped)), standing }
     }
 
@@ -104,7 +104,8 @@ impl Presence {
 /// Task that keeps the connection.
 struct Keeper {
     conn: Option<PgConnection>,
-    again: Option<(PgConnectOptions, &'static Migrator)>,
+    loss: LinkLoss,
+    again: Option<Reconnection>,
     standing: Arc<Standing>,
 }
 
@@ -147,7 +148,10 @@ impl Keeper {
                     self.standing.confirm(asked);
                     return Ok(());
                 }
-                _ => self.conn = None,
+                _ => {
+                    self.conn = None;
+                    self.loss.record(asked);
+                }
             }
         }
         let Some((options, steps)) = &self.again else { return Ok(()) };
