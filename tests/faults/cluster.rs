@@ -12,7 +12,8 @@ mod part;
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -24,7 +25,7 @@ use tokio::task::JoinSet;
 use self::balancer::{Balancer, Call};
 use self::fault::{Cluster, Kind, Server, until_ready};
 use self::load::{Load, PEOPLE, Waits, hash, hash_of};
-use self::part::{Database, Host, Network, Process, make_networks, name_hosts};
+use self::part::{Database, Host, Network, Process, Program, make_networks, name_hosts};
 use crate::layer::Layer;
 use crate::{compare_by, draw};
 
@@ -75,11 +76,13 @@ async fn campaign_loses_nothing_and_leaves_nothing_behind() {
     let folder = TempDir::new().unwrap();
     let logs = PathBuf::from(std::env::var_os("BROOD_CLUSTER_LOGS").unwrap());
     let address = format!("postgres://brood@{}/postgres", Network::Database.address(1));
+    let program = Program::find(folder.path());
     let token = |name: &str, scope: &str| {
-        let arguments = ["token", "add", name, "--scope", scope, "--database", &address];
-        let arguments = arguments.map(OsString::from).into_iter();
-        let data = [OsString::from("--data"), folder.path().join("commands").into_os_string()];
-        brood_tests::brood(arguments.chain(data)).success().stdout.trim().to_owned()
+        let mut add = Command::new(program.path());
+        add.args(["token", "add", name, "--scope", scope, "--database", &address, "--data"]);
+        let output = add.arg(folder.path().join("commands")).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap().trim().to_owned()
     };
     let (people, work) = (token("people", "admin"), token("workers", "work"));
 
@@ -92,7 +95,7 @@ async fn campaign_loses_nothing_and_leaves_nothing_behind() {
         let mut environment = layer.options(data.path()).environment;
         environment.push(("BROOD_DATABASE", PathBuf::from(&address)));
         let mut words = host.enter();
-        words.extend(serve(&format!("{host_address}:{PORT}"), "0", &data));
+        words.extend(serve(program.path(), &format!("{host_address}:{PORT}"), "0", &data));
         words.extend(["--allow-host", NAME].map(OsString::from));
         let log = logs.join(format!("server-{index}.log"));
         let process = Process::start(words, environment, log);
@@ -101,7 +104,7 @@ async fn campaign_loses_nothing_and_leaves_nothing_behind() {
     let servers = servers.collect();
     let worker = |name: String, options: &[&str]| {
         let url = format!("http://{NAME}:{PORT}");
-        let mut words = vec![binary().into_os_string()];
+        let mut words = vec![program.path().into()];
         words.extend(["worker", "--server", &url, "--backend", "cpu"].map(OsString::from));
         words.extend(["--threads", "1", "--name", &name].map(OsString::from));
         words.extend(options.iter().map(OsString::from));
@@ -113,11 +116,13 @@ async fn campaign_loses_nothing_and_leaves_nothing_behind() {
     let addresses: Vec<String> =
         addresses.iter().map(|address| format!("{address}:{PORT}")).collect();
     let balancer = Balancer::start(&addresses, Some(people.clone()));
-    let cluster = Cluster { servers, renderers, searchers, database: Some(database) };
-    let plan = Plan { seed, rounds, each, kinds: &Kind::ALL, has_jobs: true };
+    let kinds = if program.can_change() { &Kind::ALL } else { Kind::OF_ONE_BUILD };
+    let (database, program) = (Some(database), Some(program));
+    let cluster = Cluster { servers, renderers, searchers, database, program };
+    let plan = Plan { seed, rounds, each, kinds, has_jobs: true };
     let load = survive(cluster, &balancer, plan, |data| {
         let host = Network::People.address(1);
-        let words = serve(&format!("{host}:{PORT}"), "1", data);
+        let words = serve(&binary(), &format!("{host}:{PORT}"), "1", data);
         let environment = vec![("BROOD_DATABASE", PathBuf::from(&address))];
         let log = logs.join("undisturbed.log");
         let server = Process::start(words, environment, log);
@@ -141,26 +146,29 @@ async fn servers_that_are_killed_under_load_lose_nothing() {
     let servers = addresses[1..].iter().enumerate().map(|(index, listen)| {
         let data = TempDir::new().unwrap();
         let log = folder.path().join(format!("server-{index}.log"));
-        let process = Process::start(serve(listen, "1", &data), environment.clone(), log);
+        let words = serve(&binary(), listen, "1", &data);
+        let process = Process::start(words, environment.clone(), log);
         Server { process, host: None, clock: None, _data: data }
     });
     let servers = servers.collect();
-    let cluster = Cluster { servers, renderers: Vec::new(), searchers: Vec::new(), database: None };
+    let (renderers, searchers) = (Vec::new(), Vec::new());
+    let cluster = Cluster { servers, renderers, searchers, database: None, program: None };
     let balancer = Balancer::start(&addresses[1..], None);
     let kinds = &Kind::OF_PROCESSES;
     let rounds = kinds.len() as u64;
     let plan = Plan { seed: 1, rounds, each: Duration::ZERO, kinds, has_jobs: false };
     let last = |data: &TempDir| {
         let log = folder.path().join("undisturbed.log");
-        let server = Process::start(serve(&addresses[0], "1", data), environment.clone(), log);
+        let words = serve(&binary(), &addresses[0], "1", data);
+        let server = Process::start(words, environment.clone(), log);
         (server, Balancer::start(&addresses[..1], None))
     };
     survive(cluster, &balancer, plan, last).await;
 }
 
 /// Command of a server.
-fn serve(listen: &str, workers: &str, data: &TempDir) -> Vec<OsString> {
-    let mut words = vec![binary().into_os_string()];
+fn serve(program: &Path, listen: &str, workers: &str, data: &TempDir) -> Vec<OsString> {
+    let mut words = vec![program.into()];
     words.extend(["serve", "--listen", listen, "--workers", workers].map(OsString::from));
     words.extend(["--backend", "cpu", "--data"].map(OsString::from));
     words.push(data.path().into());

@@ -6,6 +6,7 @@
 //! servers and workers are kept in `target/cluster`.
 
 use std::io::Write;
+use std::path::PathBuf;
 use std::sync::Mutex;
 
 use anyhow::{Context, Result, bail};
@@ -38,18 +39,23 @@ struct Options {
     /// Minutes over which the rounds are spread.
     minutes: u32,
     seed: u32,
+    /// Program of an earlier build, between which and this one rounds upgrade and downgrade.
+    older: Option<PathBuf>,
 }
 
 impl Options {
     fn read(mut words: &[&str]) -> Result<Self> {
-        let (mut rounds, mut minutes, mut seed) = (None, None, 1);
+        let (mut rounds, mut minutes, mut seed, mut older) = (None, None, 1, None);
         while let [name, value, rest @ ..] = words {
-            let value: u32 =
-                value.parse().with_context(|| format!("{name} takes a whole number"))?;
+            let number = || value.parse().with_context(|| format!("{name} takes a whole number"));
             match *name {
-                "--rounds" if value > 0 => rounds = Some(value),
-                "--minutes" => minutes = Some(value),
-                "--seed" => seed = value,
+                "--rounds" if *value != "0" => rounds = Some(number()?),
+                "--minutes" => minutes = Some(number()?),
+                "--seed" => seed = number()?,
+                "--older" => {
+                    let path = std::fs::canonicalize(value);
+                    older = Some(path.with_context(|| format!("find {value}"))?);
+                }
                 _ => bail!("unknown option of faults --cluster: {name} {value}"),
             }
             words = rest;
@@ -60,7 +66,8 @@ impl Options {
         // With `--rounds` alone, rounds follow each other without pauses. Without both options, a
         // campaign has 100 rounds in 30 minutes.
         let usual = if rounds.is_some() { 0 } else { 30 };
-        Ok(Self { rounds: rounds.unwrap_or(100), minutes: minutes.unwrap_or(usual), seed })
+        let (rounds, minutes) = (rounds.unwrap_or(100), minutes.unwrap_or(usual));
+        Ok(Self { rounds, minutes, seed, older })
     }
 }
 
@@ -100,6 +107,9 @@ pub fn run(options: &[&str]) -> Result<()> {
         .env("BROOD_CLUSTER_ROUNDS", options.rounds.to_string())
         .env("BROOD_CLUSTER_MINUTES", options.minutes.to_string())
         .env("BROOD_CLUSTER_SEED", options.seed.to_string());
+    if let Some(older) = &options.older {
+        command.env("BROOD_CLUSTER_OLDER", older);
+    }
     let figures = Mutex::new(Vec::new());
     let outcome = shell::run_watched(&mut command, |line| {
         if let Some((_, line)) = line.split_once(faults::PREFIX) {
@@ -123,10 +133,13 @@ mod tests {
     #[test]
     fn options_without_minutes_are_short_only_if_rounds_are_given() {
         let read = |words: &[&str]| Options::read(words).map_err(|error| error.to_string());
-        assert_eq!(read(&[]), Ok(Options { rounds: 100, minutes: 30, seed: 1 }));
-        assert_eq!(read(&["--rounds", "9"]), Ok(Options { rounds: 9, minutes: 0, seed: 1 }));
+        let expected = |rounds, minutes, seed| Ok(Options { rounds, minutes, seed, older: None });
+        assert_eq!(read(&[]), expected(100, 30, 1));
+        assert_eq!(read(&["--rounds", "9"]), expected(9, 0, 1));
         let all = ["--seed", "7", "--minutes", "5", "--rounds", "20"];
-        assert_eq!(read(&all), Ok(Options { rounds: 20, minutes: 5, seed: 7 }));
-        assert!(read(&["--rounds"]).is_err() && read(&["--rounds", "0"]).is_err());
+        assert_eq!(read(&all), expected(20, 5, 7));
+        for invalid in [&["--rounds"][..], &["--rounds", "0"], &["--older", "/no/such/file"]] {
+            assert!(read(invalid).is_err(), "{invalid:?}");
+        }
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 use super::balancer::Balancer;
-use super::part::{Database, Host, Network, Process, signal};
+use super::part::{Database, Host, Network, Process, Program, signal};
 use crate::layer::Layer;
 use crate::workers_of;
 
@@ -37,11 +37,13 @@ pub enum Kind {
     ClockSkewed,
     /// All servers stopped and started, one by one.
     ServersRolled,
+    /// All servers and workers replaced by those of another build, one by one.
+    BuildChanged,
 }
 
 impl Kind {
-    /// Every kind.
-    pub const ALL: [Self; 9] = [
+    /// Every kind. The last one needs two builds.
+    pub const ALL: [Self; 10] = [
         Self::ServerKilled,
         Self::WorkerKilled,
         Self::SearcherKilled,
@@ -51,7 +53,11 @@ impl Kind {
         Self::CutFromPeople,
         Self::ClockSkewed,
         Self::ServersRolled,
+        Self::BuildChanged,
     ];
+
+    /// Kinds that need one build.
+    pub const OF_ONE_BUILD: &[Self] = Self::ALL.split_at(Self::ALL.len() - 1).0;
 
     /// Kinds that need neither a database of their own nor networks.
     pub const OF_PROCESSES: [Self; 3] =
@@ -69,6 +75,7 @@ impl Kind {
             Self::CutFromPeople => "server cut from people and workers",
             Self::ClockSkewed => "clock of a server moved by 60 s or back",
             Self::ServersRolled => "restart of all servers, one by one",
+            Self::BuildChanged => "upgrade to another build or back, one by one",
         }
     }
 }
@@ -95,6 +102,8 @@ pub struct Cluster {
     pub searchers: Vec<Process>,
     /// Database; `None` in the short form.
     pub database: Option<Database>,
+    /// Program of servers and workers; `None` in the short form.
+    pub program: Option<Program>,
 }
 
 impl Cluster {
@@ -157,6 +166,14 @@ impl Cluster {
                 until_ready(balancer, one).await;
             }
             Kind::ServersRolled => self.roll(balancer).await,
+            Kind::BuildChanged => {
+                self.program.as_mut().unwrap().change();
+                self.roll(balancer).await;
+                for worker in self.renderers.iter_mut().chain(&mut self.searchers) {
+                    assert_eq!(worker.terminate(), 0, "{}", worker.log());
+                    worker.restart();
+                }
+            }
         }
         Duration::ZERO
     }

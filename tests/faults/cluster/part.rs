@@ -1,8 +1,9 @@
-//! Parts of the cluster: processes with logs, the network between servers, database and people, and
-//! the database itself.
+//! Parts of the cluster: processes with logs, their program, the network between servers, database
+//! and people, and the database itself.
 
 use std::ffi::OsString;
 use std::fs::File;
+use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -106,6 +107,46 @@ fn spawn(words: &[OsString], environment: &[(&'static str, PathBuf)], log: &Path
         .stderr(output)
         .spawn()
         .unwrap()
+}
+
+/// Program of servers and workers, of which there may be an older build.
+pub struct Program {
+    path: PathBuf,
+    /// Builds to which `path` can lead, the present one first.
+    builds: Option<[PathBuf; 2]>,
+}
+
+impl Program {
+    /// Finds the programs. If there are two, the older one is present, by a link in `folder`.
+    pub fn find(folder: &Path) -> Self {
+        let newer = brood_tests::binary();
+        let Some(older) = std::env::var_os("BROOD_CLUSTER_OLDER") else {
+            return Self { path: newer, builds: None };
+        };
+        let path = folder.join("brood");
+        let mut program = Self { path, builds: Some([newer, older.into()]) };
+        program.change();
+        program
+    }
+
+    /// Returns the path of the present build.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// True if there are two builds.
+    pub fn can_change(&self) -> bool {
+        self.builds.is_some()
+    }
+
+    /// Makes the other build the present one, for processes that start from now on.
+    pub fn change(&mut self) {
+        let builds = self.builds.as_mut().unwrap();
+        builds.reverse();
+        let new = self.path.with_extension("new");
+        symlink(&builds[0], &new).unwrap();
+        std::fs::rename(&new, &self.path).unwrap();
+    }
 }
 
 /// Sends a signal to processes, of which some may have ended.
