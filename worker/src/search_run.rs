@@ -9,8 +9,8 @@ use brood_eval::{Developed, EvalError, encode_png, express};
 use brood_genome::Genome;
 use brood_inspect::Specimen;
 use brood_protocol::{
-    Arrival, Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NextScene,
-    ReportedSpread, SearchGrant, SearchUpdate,
+    Arrival, Budget, FoundView, GenerationLine, MaterialSpread, MeasuredMaterial, NOTABLE_RATIO,
+    NextScene, ReportedSpread, SearchGrant, SearchUpdate,
 };
 use brood_search::{
     Candidate, Found, MIGRATION, NextPicture, Options, Progress, Search, SearchError, Spread,
@@ -28,9 +28,6 @@ use crate::view_comparison::ViewComparison;
 const REPORT_INTERVAL: Duration = Duration::from_millis(250);
 /// Interval between checkpoints. A worker that dies loses the work since its last one.
 const SAVE_INTERVAL: Duration = Duration::from_secs(10);
-/// A best material is reported once its validation error is below this share of the last reported
-/// one.
-const NOTABLE_RATIO: f64 = 0.9;
 
 /// Running search.
 pub(crate) struct SearchRun {

@@ -85,8 +85,9 @@ pub use search::{
     NextScene, SearchAnswer, SearchLine, SearchOptions, SearchState,
 };
 pub use search_lease::{
-    Arrival, CalibratedView, Directive, GenerationLine, MeasuredMaterial, ReportedSpread,
-    SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate, TargetBytes,
+    Arrival, CalibratedView, Directive, GenerationLine, MeasuredMaterial, NOTABLE_RATIO,
+    ReportedSpread, SearchGrant, SearchReport, SearchRequest, SearchTicket, SearchUpdate,
+    TargetBytes,
 };
 pub use seed::Seed;
 pub use subject::{Aspect, Subject, TargetSource};

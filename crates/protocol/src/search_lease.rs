@@ -8,6 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Budget, FoundView, JobId, SceneCorrection};
 
+/// A best material is reported and recorded once its validation error is below this share of the
+/// last recorded one.
+pub const NOTABLE_RATIO: f64 = 0.9;
+
 /// Request for a search.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SearchRequest {

@@ -1,16 +1,14 @@
 //! Reports of islands: programs that migrate, best materials, and the end of the last island.
 
-use brood_protocol::{Arrival, Directive, GenerationLine, MeasuredMaterial, decode_stored, encode};
+use brood_protocol::{
+    Arrival, Directive, GenerationLine, MeasuredMaterial, NOTABLE_RATIO, decode_stored, encode,
+};
 use brood_storage::{IslandEnd, IslandEnded, StorageError, StoredSearch};
 
 use super::Searches;
 use super::islands::{IslandFront, WholeFront, arrival_of, merged};
 use crate::dispatch::lease::{stale, stale_or};
 use crate::problem::ApiError;
-
-/// The best material of an island is recorded if its validation error is below this share of the
-/// lowest error that any island has recorded.
-const NOTABLE_RATIO: f64 = 0.9;
 
 impl Searches {
     /// Returns the programs of the previous island of a generation, or its end; `None` if neither
