@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use brood_protocol::Backend;
-use brood_storage::DatabaseAddress;
+use brood_storage::{BlobAddress, DatabaseAddress};
 
 /// Start-up configuration of a server.
 #[derive(Debug, Clone)]
@@ -16,6 +16,9 @@ pub struct ServerConfig {
     /// PostgreSQL database for everything but pictures and files of exports; `None` for one in the
     /// data directory.
     pub database: Option<DatabaseAddress>,
+    /// Object store for uploads and checkpoints over 1 MiB, beside a PostgreSQL database; `None` for
+    /// rows of the database.
+    pub blobs: Option<BlobAddress>,
     /// Capacity of the picture cache on disk in MiB; the cache in memory gets a quarter of it.
     pub cache_mib: u64,
     /// Host names accepted besides `localhost`, `127.0.0.1` and `[::1]`.
@@ -34,6 +37,7 @@ impl ServerConfig {
             listen,
             data,
             database: None,
+            blobs: None,
             cache_mib: 1024,
             allow_hosts: Vec::new(),
             backend: Backend::Auto,

@@ -50,6 +50,10 @@ const TIDY_TICK: Duration = Duration::from_secs(5);
 const LOOK_TICK: Duration = Duration::from_secs(60);
 /// Interval of the clean-up of idempotency records.
 const PRUNE_TICK: Duration = Duration::from_secs(3600);
+/// Interval of the removal of objects without a row.
+const SWEEP_TICK: Duration = Duration::from_secs(2 * 3600);
+/// Age at which an object without a row is removed. Rows of objects are written within an hour.
+const SWEEP_AGE: Duration = Duration::from_secs(24 * 3600);
 /// Age at which an idempotency record is deleted, in milliseconds.
 const IDEMPOTENCY_TTL_MS: i64 = 24 * 3600 * 1000;
 
@@ -98,6 +102,7 @@ impl Server {
             Some(_) => ServerError::Database(error),
             None => ServerError::Storage(error),
         };
+        let store = store.with_blobs(config.blobs.as_ref()).await.map_err(failed)?;
         if !loopback && !store.any_token().await.map_err(failed)? {
             store.close().await?;
             return Err(ServerError::NoToken(config.listen));
@@ -235,6 +240,7 @@ impl Server {
             stopping.cancel();
         });
         background.spawn(run_maintenance(app.clone()));
+        background.spawn(sweep_blobs(app.clone()));
         // A task for each kind: leases of renders expire while the database does not answer.
         background.spawn(sweep_leases(app.clone(), app.pictures.clone(), false));
         background.spawn(sweep_leases(app.clone(), app.searches.clone(), still_leased.searches));
@@ -428,6 +434,21 @@ async fn run_maintenance(app: App) {
                     tracing::warn!(reason, "cannot delete old exports");
                 }
             }
+        }
+    }
+}
+
+/// Removes objects without a row from the object store, until the server stops.
+async fn sweep_blobs(app: App) {
+    loop {
+        tokio::select! {
+            () = app.stopping.cancelled() => return,
+            () = tokio::time::sleep(SWEEP_TICK) => {}
+        }
+        match app.store.sweep_blobs(SWEEP_AGE).await {
+            Ok(0) => {}
+            Ok(objects) => tracing::info!(objects, "removed objects without a row"),
+            Err(error) => tracing::warn!(%error, "cannot remove objects without a row"),
         }
     }
 }

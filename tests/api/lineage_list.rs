@@ -165,6 +165,9 @@ async fn data_of_an_earlier_version_has_no_tags_and_its_hidden_lineages_can_be_r
     let options = SqliteConnectOptions::new().filename(server.data().join("brood.db"));
     let mut database = SqliteConnection::connect_with(&options).await.unwrap();
     for sql in [
+        "ALTER TABLE target_file DROP COLUMN object",
+        "ALTER TABLE light_asset DROP COLUMN object",
+        "ALTER TABLE mesh DROP COLUMN object",
         "DROP TABLE migrant",
         "DROP INDEX search_parent",
         "ALTER TABLE search DROP COLUMN found",

@@ -1,5 +1,5 @@
-//! `brood check`: reads the database, all genomes and the cached pictures, and lists what is
-//! damaged, whether or not a server is running.
+//! `brood check`: reads the database, all genomes, the files in the object store and the cached
+//! pictures, and lists what is damaged, whether or not a server is running.
 
 use anyhow::{Context, Result, bail};
 use brood_bench::{logging, output};
@@ -7,13 +7,15 @@ use brood_storage::CheckedStore;
 use clap::Args;
 use serde_json::json;
 
-use crate::place::{self, DataPlace};
+use crate::place::{self, BlobPlace, DataPlace};
 
 /// Options of `brood check`.
 #[derive(Debug, Args)]
 pub struct CheckArgs {
     #[command(flatten)]
     place: DataPlace,
+    #[command(flatten)]
+    blobs: BlobPlace,
 }
 
 /// Runs the command. Damage of the database is an error; damaged pictures are rendered again.
@@ -26,6 +28,8 @@ pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
     let spinner = output::spinner("checking the database");
     let checked = place::runtime()?.block_on(async {
         let store = args.place.open_shared().await?;
+        let store = store.with_blobs_to_read(args.blobs.address.as_ref()).await;
+        let store = store.context("open the object store")?;
         let checked = store.check(|genomes| spinner.set_message(format!("genomes: {genomes}")));
         let checked = checked.await.context("read the database");
         store.close().await?;
@@ -34,10 +38,13 @@ pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
     spinner.set_message("pictures");
     let pictures = brood_server::check_pictures(&data).context("read the cached pictures");
     spinner.finish_and_clear();
-    let (CheckedStore { genomes, problems }, (pictures, damaged_pictures)) = (checked?, pictures?);
+    let CheckedStore { genomes, files, unread_files, problems } = checked?;
+    let (pictures, damaged_pictures) = pictures?;
     if json {
         output::print_json(&json!({
             "genomes": genomes,
+            "files": files,
+            "unread_files": unread_files,
             "pictures": pictures,
             "damaged_pictures": damaged_pictures,
             "problems": problems,
@@ -47,6 +54,14 @@ pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
             "{genomes} genomes and {pictures} pictures are as they were written; \
              {damaged_pictures} pictures are damaged and will be rendered again\n"
         ))?;
+        if files > 0 {
+            output::print(&format!("read {files} files in the object store\n"))?;
+        }
+        if unread_files > 0 {
+            output::print(&format!(
+                "did not read {unread_files} files in the object store; name it with --blobs\n"
+            ))?;
+        }
         problems.iter().try_for_each(|problem| output::print(&format!("{problem}\n")))?;
     }
     if !problems.is_empty() {

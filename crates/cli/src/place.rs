@@ -4,7 +4,7 @@ use std::env;
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_storage::{DatabaseAddress, Store};
+use brood_storage::{BlobAddress, DatabaseAddress, Store};
 use clap::Args;
 
 use crate::secret;
@@ -22,6 +22,16 @@ pub struct DataPlace {
     /// File with the address of the PostgreSQL database
     #[arg(long, value_name = "FILE", env = "BROOD_DATABASE_FILE", conflicts_with = "database")]
     database_file: Option<PathBuf>,
+}
+
+/// Place of large files beside a PostgreSQL database.
+#[derive(Debug, Clone, Args)]
+pub struct BlobPlace {
+    /// S3-compatible store, s3://BUCKET/FOLDER, for uploads and checkpoints over 1 MiB of a
+    /// PostgreSQL database. Credentials and endpoint are in AWS_ACCESS_KEY_ID, AWS_ENDPOINT and so
+    /// on
+    #[arg(id = "blobs", long = "blobs", value_name = "ADDRESS", env = "BROOD_BLOBS")]
+    pub address: Option<BlobAddress>,
 }
 
 impl DataPlace {

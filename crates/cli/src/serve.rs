@@ -13,7 +13,7 @@ use clap::Args;
 use serde_json::json;
 use tokio_util::sync::CancellationToken;
 
-use crate::place::{self, DataPlace};
+use crate::place::{self, BlobPlace, DataPlace};
 use crate::supervisor::{self, WorkerPlan};
 use crate::worker::default_name;
 
@@ -25,6 +25,8 @@ pub struct ServeArgs {
     pub listen: SocketAddr,
     #[command(flatten)]
     pub place: DataPlace,
+    #[command(flatten)]
+    pub blobs: BlobPlace,
     /// Number of worker processes that render; one more runs searches and exports. 0 starts none,
     /// for a server with remote workers only
     #[arg(long, value_name = "N", env = "BROOD_WORKERS", default_value_t = 1, value_parser = clap::value_parser!(u16).range(0..=256))]
@@ -88,6 +90,7 @@ async fn serve(args: &ServeArgs, json: bool) -> Result<()> {
         backend: args.backend,
         web_dir: args.web_dir.clone(),
         database: args.place.database()?.map(connected),
+        blobs: args.blobs.address.clone(),
         ..ServerConfig::new(args.listen, place::data_dir(args.place.data.as_ref())?)
     };
     // Before the printed line: its reader may send a signal at once.

@@ -2,6 +2,7 @@
 
 use brood_genome::{Genome, GenomeHash};
 
+use crate::blob_join::{TABLES, used_objects};
 use crate::column::Key;
 use crate::error::Result;
 use crate::genome;
@@ -18,17 +19,22 @@ const PROBLEMS: usize = 20;
 pub struct CheckedStore {
     /// Number of genomes that were read.
     pub genomes: u64,
+    /// Number of files in the object store that were read.
+    pub files: u64,
+    /// Number of files in the object store that were not read, since none was named.
+    pub unread_files: u64,
     /// Damage in words; at most 20 problems of each kind.
     pub problems: Vec<String>,
 }
 
 impl Store {
-    /// Checks the whole database: every genome against its hash; of SQLite also structure and
-    /// references. Reads only, in a snapshot, also while a server writes. Calls `read` with the
-    /// number of genomes so far.
+    /// Checks the whole database: every genome and every file in the object store against its hash;
+    /// of SQLite also structure and references. Reads only, in a snapshot, also while a server
+    /// writes. Calls `read` with the number of genomes so far.
     ///
     /// # Errors
-    /// Returns a [`StorageError`] if the file cannot be read. Damage is not an error, it is listed.
+    /// Returns a [`StorageError`] if the file cannot be read, or the object store does not answer.
+    /// Damage is not an error, it is listed.
     pub async fn check(&self, read: impl Fn(u64)) -> Result<CheckedStore> {
         let mut conn = self.snapshot().await?;
         let mut problems = Vec::new();
@@ -37,7 +43,7 @@ impl Store {
             problems.extend(structure(&mut conn).await?);
             problems.extend(references(&mut conn).await?);
         }
-        let mut checked = CheckedStore { genomes: 0, problems };
+        let mut checked = CheckedStore { problems, ..CheckedStore::default() };
         let mut damaged = Vec::new();
         let mut last = Vec::new();
         loop {
@@ -56,8 +62,47 @@ impl Store {
         if more > 0 {
             checked.problems.push(format!("{more} more genomes are damaged"));
         }
+        drop(conn);
+        self.check_files(&mut checked).await?;
         Ok(checked)
     }
+
+    /// Reads all files in the object store.
+    async fn check_files(&self, checked: &mut CheckedStore) -> Result<()> {
+        let mut damaged = Vec::new();
+        for table in TABLES {
+            let names = format!("SELECT object FROM {table} WHERE object IS NOT NULL");
+            let rows = query(names).fetch_all(&mut self.reader().await?).await?;
+            if self.blobs().is_none() {
+                checked.unread_files += rows.len() as u64;
+                continue;
+            }
+            for row in &rows {
+                let name: String = row.column("object")?;
+                let is_whole = match self.object(&name).await {
+                    Ok(found) => found.is_some(),
+                    Err(StorageError::BlobDamaged(_)) => false,
+                    Err(error) => return Err(error),
+                };
+                checked.files += 1;
+                // A row that was removed meanwhile has no object any more.
+                if !is_whole && is_used(&mut self.reader().await?, &name).await? {
+                    damaged.push(format!("a file of {table} is missing or damaged: {name}"));
+                }
+            }
+        }
+        let more = damaged.len().saturating_sub(PROBLEMS);
+        checked.problems.extend(damaged.drain(..damaged.len().min(PROBLEMS)));
+        if more > 0 {
+            checked.problems.push(format!("{more} more files are missing or damaged"));
+        }
+        Ok(())
+    }
+}
+
+/// True if a row has an object.
+async fn is_used(conn: &mut Conn, name: &str) -> Result<bool> {
+    Ok(!used_objects(conn, (name, name)).await?.is_empty())
 }
 
 /// Problems of pages, indexes and constraints.

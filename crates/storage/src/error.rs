@@ -66,6 +66,12 @@ pub enum StorageError {
     /// There is no connection to the database. The write may have been stored.
     #[error("cannot reach the database: {0}")]
     Unreachable(String),
+    /// The object store of large files refuses a call or does not answer.
+    #[error("cannot use the object store {0}")]
+    BlobsUnreachable(String),
+    /// A file in the object store is missing, or has another content than it was stored with.
+    #[error("the file {0} in the object store is missing or damaged")]
+    BlobDamaged(String),
     /// Any other error of the database.
     #[error("database error: {0}")]
     Database(#[source] sqlx::Error),

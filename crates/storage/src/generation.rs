@@ -13,6 +13,7 @@ use crate::error::changed;
 use crate::genome::{self, Bases, NewGenome};
 use crate::individual::{self, StoredIndividual};
 use crate::row::{Record, insert_rows, key_set, record, select, signed, values};
+use crate::search_lease::PlacedCheckpoint;
 use crate::sql::{Conn, GenomeUse, Query, SqlRow, query};
 use crate::write::operation;
 use crate::{
@@ -154,9 +155,16 @@ impl Store {
     /// is no longer valid.
     pub async fn create_generation_timed(
         &self,
-        new: NewGeneration,
+        mut new: NewGeneration,
     ) -> Result<(StoredGeneration, CommitTimes), StorageError> {
-        self.write_timed(operation!(|conn| insert(conn, new).await)).await
+        let saved = match &mut new.search {
+            Some(step) => self.place_checkpoint(step).await?,
+            None => PlacedCheckpoint::default(),
+        };
+        let objects = saved.objects();
+        let written = self.write_timed(operation!(|conn| insert(conn, new, saved).await)).await;
+        self.discard_checkpoint(objects, &written);
+        written
     }
 
     /// Returns a generation.
@@ -235,16 +243,18 @@ const WITHIN: &str = "SELECT count(*) AS within FROM (
          AS sized) AS summed
      WHERE total <= ?";
 
-/// Inserts a generation with everything that belongs to it.
+/// Inserts a generation with everything that belongs to it. `saved` is the checkpoint of its search
+/// step.
 pub(crate) async fn insert(
     conn: &mut Conn,
     new: NewGeneration,
+    saved: PlacedCheckpoint,
 ) -> Result<StoredGeneration, StorageError> {
     // Before the rows that a removal of the lineage takes after it.
     conn.lock_genomes(GenomeUse::Birth).await?;
     idempotency::insert(conn, new.idempotency.as_ref(), new.created_ms).await?;
     if let Some(step) = &new.search {
-        search_lease::apply(conn, step).await?;
+        search_lease::apply(conn, step, saved).await?;
     }
     lineage::lock(conn, new.lineage).await?;
     let index = insert_row(conn, &new).await?;

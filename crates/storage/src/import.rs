@@ -15,6 +15,7 @@ use crate::column::Key;
 use crate::error::{Result, changed};
 use crate::genome::Bases;
 use crate::lineage::{self, Unfinished};
+use crate::search_lease::PlacedCheckpoint;
 use crate::slice::Pace;
 use crate::sql::{Conn, GenomeUse, query};
 use crate::write::{Durability, operation};
@@ -158,7 +159,7 @@ async fn insert_generations(
         });
         let own: Vec<_> = own.collect();
         genome::insert(conn, &own, &Bases::default()).await?;
-        generation::insert(conn, one.clone()).await?;
+        generation::insert(conn, one.clone(), PlacedCheckpoint::default()).await?;
     }
     Ok(start.elapsed())
 }

@@ -23,6 +23,12 @@
 
 mod address;
 mod backup;
+mod blob;
+mod blob_address;
+mod blob_http;
+mod blob_join;
+mod blob_store;
+mod blob_sweep;
 mod check;
 mod clock;
 mod column;
@@ -63,6 +69,7 @@ mod write;
 mod tests;
 
 pub use address::DatabaseAddress;
+pub use blob_address::BlobAddress;
 pub use check::CheckedStore;
 pub use compact::Compacted;
 pub use engine::postgres::bus::{Bus, BusEvent, BusLink};

@@ -3,10 +3,11 @@
 
 use brood_protocol::LightAssetKind;
 
-use crate::Store;
+use crate::blob_store::BlobKind;
 use crate::error::Result;
 use crate::sql::query;
 use crate::write::operation;
+use crate::{StorageError, Store};
 
 impl Store {
     /// Stores a file. Equal files are stored once.
@@ -19,19 +20,32 @@ impl Store {
         kind: LightAssetKind,
         bytes: Vec<u8>,
     ) -> Result<()> {
-        self.write(operation!(|conn| {
+        // Files are never removed.
+        if self.is_for_blobs(&bytes) {
+            match self.light_asset_kind(hash).await {
+                Err(StorageError::NotFound) => {}
+                known => return known.map(drop),
+            }
+        }
+        let file = self.place_file(BlobKind::LightAsset, bytes).await?;
+        let object = file.object.clone();
+        let inserted = self.write(operation!(|conn| {
+            file.admit(conn).await?;
             query(
-                "INSERT INTO light_asset (hash, kind, bytes) VALUES (?, ?, ?)
+                "INSERT INTO light_asset (hash, kind, bytes, object) VALUES (?, ?, ?, ?)
                  ON CONFLICT (hash) DO NOTHING",
             )
             .bind(hash.as_slice())
             .bind(kind.name())
-            .bind(bytes)
+            .bind(file.bytes)
+            .bind(file.object)
             .execute(conn)
-            .await?;
-            Ok(())
-        }))
-        .await
+            .await
+        }));
+        if inserted.await? == 0 {
+            self.discard_object(object);
+        }
+        Ok(())
     }
 
     /// Returns the kind of a file.
@@ -49,8 +63,8 @@ impl Store {
     /// # Errors
     /// Returns `StorageError::NotFound` if it does not exist.
     pub async fn light_asset(&self, hash: [u8; 32]) -> Result<(LightAssetKind, Vec<u8>)> {
-        let query = query("SELECT kind, bytes FROM light_asset WHERE hash = ?");
-        let row = query.bind(hash.as_slice()).fetch_one(&mut self.reader().await?).await?;
-        Ok((row.column("kind")?, row.column("bytes")?))
+        let sql = "SELECT kind, bytes AS file, object FROM light_asset WHERE hash = ?";
+        let (row, bytes) = self.read_file(|| query(sql).bind(hash.as_slice())).await?;
+        Ok((row.column("kind")?, bytes))
     }
 }

@@ -3,12 +3,13 @@
 
 use brood_protocol::MeshId;
 
-use crate::Store;
+use crate::blob_store::BlobKind;
 use crate::column::Key;
 use crate::error::Result;
 use crate::row::{Record, record, select, signed};
 use crate::sql::query;
 use crate::write::operation;
+use crate::{StorageError, Store};
 
 record! {
     /// Mesh without its data.
@@ -36,11 +37,23 @@ impl Store {
     /// # Errors
     /// Returns a `StorageError` if the write fails.
     pub async fn put_mesh(&self, mesh: StoredMesh, data: Vec<u8>) -> Result<MeshId> {
-        self.write(operation!(|conn| {
-            query(
+        // Meshes are never removed.
+        if self.is_for_blobs(&data) {
+            let known = query("SELECT id FROM mesh WHERE content_hash = ?");
+            let known = known.bind(mesh.content_hash.as_slice());
+            match known.fetch_value(&mut self.reader().await?).await {
+                Err(StorageError::NotFound) => {}
+                known => return known,
+            }
+        }
+        let file = self.place_file(BlobKind::Mesh, data).await?;
+        let object = file.object.clone();
+        let stored = self.write(operation!(|conn| {
+            file.admit(conn).await?;
+            let inserted = query(
                 "INSERT INTO mesh
-                     (id, content_hash, vertices, triangles, has_uv, warnings_json, data)
-                 VALUES (?, ?, ?, ?, ?, ?, ?) ON CONFLICT (content_hash) DO NOTHING",
+                     (id, content_hash, vertices, triangles, has_uv, warnings_json, data, object)
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (content_hash) DO NOTHING",
             )
             .bind(mesh.id.key())
             .bind(mesh.content_hash.as_slice())
@@ -48,16 +61,19 @@ impl Store {
             .bind(signed(mesh.triangles))
             .bind(mesh.has_uv)
             .bind(mesh.warnings_json)
-            .bind(data)
+            .bind(file.bytes)
+            .bind(file.object)
             .execute(conn)
             .await?;
-            query("SELECT id FROM mesh WHERE content_hash = ?")
-                .bind(mesh.content_hash.as_slice())
-                .fetch_one(conn)
-                .await?
-                .column("id")
-        }))
-        .await
+            let id = query("SELECT id FROM mesh WHERE content_hash = ?");
+            let id = id.bind(mesh.content_hash.as_slice()).fetch_value(conn).await?;
+            Ok((id, inserted > 0))
+        }));
+        let (id, is_new): (MeshId, bool) = stored.await?;
+        if !is_new {
+            self.discard_object(object);
+        }
+        Ok(id)
     }
 
     /// Returns a mesh without its data.
@@ -74,7 +90,8 @@ impl Store {
     /// # Errors
     /// Returns `StorageError::NotFound` if it does not exist.
     pub async fn mesh_data(&self, content_hash: [u8; 32]) -> Result<Vec<u8>> {
-        let query = query("SELECT data FROM mesh WHERE content_hash = ?");
-        query.bind(content_hash.as_slice()).fetch_value(&mut self.reader().await?).await
+        let sql = "SELECT data AS file, object FROM mesh WHERE content_hash = ?";
+        let read = self.read_file(|| query(sql).bind(content_hash.as_slice()));
+        Ok(read.await?.1)
     }
 }

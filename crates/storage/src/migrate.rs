@@ -18,16 +18,20 @@ use crate::write::operation;
 /// Tables in the order of their references, with the number of rows in a transaction and the
 /// columns: those of the key first, marked by `*`. A column that refers to a later table is marked
 /// by `>` and filled at the end. The letter is the type: Bytes, Flag, Integer, Real, Text. Only
-/// PostgreSQL has `export_blob`: files of exports are not copied, and the first download of an
-/// export has them made again.
+/// PostgreSQL has `export_blob` and `blob_store`: files of exports are not copied, and the first
+/// download of an export has them made again. Large files are copied into rows.
 const TABLES: [(&str, i64, &str); 21] = [
     (
         "genome",
         512,
         "*hash:B program_hash:B live_instructions:I kept:F text:T bytes:B layers:T bases:B",
     ),
-    ("mesh", 2, "*id:B content_hash:B vertices:I triangles:I has_uv:F warnings_json:T data:B"),
-    ("light_asset", 2, "*hash:B kind:T bytes:B"),
+    (
+        "mesh",
+        2,
+        "*id:B content_hash:B vertices:I triangles:I has_uv:F warnings_json:T data:B object:T",
+    ),
+    ("light_asset", 2, "*hash:B kind:T bytes:B object:T"),
     ("scene", 128, "*id:B content_hash:B created_ms:I json:T"),
     (
         "lineage",
@@ -63,7 +67,7 @@ const TABLES: [(&str, i64, &str); 21] = [
     ("token", 256, "*name:T scope:T hash:B expires_ms:I"),
     ("closed", 256, "*at_ms:I"),
     ("idempotency", 64, "*key:T *route:T body_hash:B status:I created_ms:I answer:B"),
-    ("target_file", 2, "*hash:B bytes:B"),
+    ("target_file", 2, "*hash:B bytes:B object:T"),
     ("target", 64, "*id:B kind:T file_hash:B created_ms:I json:T"),
     (
         "search",
@@ -75,7 +79,7 @@ const TABLES: [(&str, i64, &str); 21] = [
          awaits:I found:B",
     ),
     ("migrant", 64, "*search_id:B *generation:I genomes:B"),
-    ("search_checkpoint", 4, "*search_id:B generation:I bytes:B"),
+    ("search_checkpoint", 4, "*search_id:B generation:I bytes:B object:T"),
     (
         "search_log",
         1024,

@@ -6,12 +6,16 @@
 //! survives the end of the process but not a power loss: a search computes the same sequence of
 //! generations every time, so lost steps are repeated. A step that records an individual is as
 //! durable as a generation.
+//!
+//! A checkpoint over 1 MiB may be in the object store ([`crate::blob`]).
 
 use std::time::Duration;
 
 use brood_genome::GenomeHash;
 use brood_protocol::{FoundMaterial, GenerationLine, JobId, SearchOptions, SearchState};
 
+use crate::blob::PlacedFile;
+use crate::blob_store::BlobKind;
 use crate::clock::steady_ms;
 use crate::column::{Key, optional_key};
 use crate::error::{LEASE_ENDED, Result, changed};
@@ -20,8 +24,8 @@ use crate::lease::{EndedLease, LeasedTable, LostLeases, ReadReturned};
 use crate::row::{Record, insert_rows, record, returning, signed, values};
 use crate::search::{self, NEXT_TURN, SearchEnd, StoredSearch};
 use crate::sql::{Conn, query};
-use crate::write::operation;
-use crate::{Store, lease};
+use crate::write::{Durability, operation};
+use crate::{StorageError, Store, lease};
 
 record! {
     /// Search that has just been leased.
@@ -92,10 +96,33 @@ pub struct SearchStep {
     pub end: Option<SearchEnd>,
 }
 
+/// Checkpoint of a step, on its way into its row.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct PlacedCheckpoint {
+    file: Option<PlacedFile>,
+    /// Object of the checkpoint that it replaces.
+    before: Option<String>,
+}
+
+/// Objects of a checkpoint and of the one that it replaces.
+pub(crate) struct CheckpointObjects {
+    new: Option<String>,
+    before: Option<String>,
+}
+
+impl PlacedCheckpoint {
+    /// Returns the names of the objects, one of which is left without a row.
+    pub fn objects(&self) -> CheckpointObjects {
+        let new = self.file.as_ref().and_then(|file| file.object.clone());
+        CheckpointObjects { new, before: self.before.clone() }
+    }
+}
+
 /// Stores the checkpoint of a search.
-const SAVE: &str = "INSERT INTO search_checkpoint (search_id, generation, bytes) VALUES (?, ?, ?)
-    ON CONFLICT (search_id) DO UPDATE
-        SET generation = excluded.generation, bytes = excluded.bytes";
+const SAVE: &str = "INSERT INTO search_checkpoint (search_id, generation, bytes, object)
+    VALUES (?, ?, ?, ?)
+    ON CONFLICT (search_id) DO UPDATE SET generation = excluded.generation,
+        bytes = excluded.bytes, object = excluded.object";
 /// Removes the generations after the checkpoint from the log.
 const FORGET: &str = "DELETE FROM search_log WHERE search_id = ?1 AND generation > ?2";
 /// Sets the progress of a search to that of its checkpoint, in which `?2` is the last generation.
@@ -113,7 +140,8 @@ impl Store {
     /// `None` if no search is queued.
     ///
     /// # Errors
-    /// Returns a `StorageError` if the write fails.
+    /// Returns a `StorageError` if the write fails, or if the object store does not give the
+    /// checkpoint. The search is then at the end of the queue, which is no death of its worker.
     pub async fn claim_search(
         &self,
         worker: &str,
@@ -128,12 +156,12 @@ impl Store {
             lease::now(1)
         );
         let worker = worker.to_owned();
-        self.write_relaxed(operation!(|conn| {
+        let claimed = self.write_relaxed(operation!(|conn| {
             let claim = returning::<ClaimedSearch>(&sql).bind(steady_ms()).bind(worker);
             let claim = claim.bind(now_ms).bind(lease::ttl_ms(ttl));
             let Some(row) = claim.fetch_optional(conn).await? else { return Ok(None) };
             let mut claimed = ClaimedSearch::read(&row)?;
-            resume(conn, &mut claimed).await?;
+            let object = resume(conn, &mut claimed).await?;
             if claimed.options.islands > 1 {
                 let search = claimed.parent.unwrap_or(claimed.id);
                 let least = "SELECT min(recorded) FROM search WHERE id = ?1 OR parent_id = ?1";
@@ -142,9 +170,68 @@ impl Store {
             if let Some(generation) = claimed.awaits {
                 claimed.arrival = island::arrival(conn, claimed.id, generation).await?;
             }
-            Ok(Some(claimed))
+            Ok(Some((claimed, object)))
+        }));
+        let Some((mut claimed, object)) = claimed.await? else { return Ok(None) };
+        let Some(object) = object else { return Ok(Some(claimed)) };
+        let error = match self.object(&object).await {
+            Ok(Some(checkpoint)) => {
+                claimed.checkpoint = Some(checkpoint);
+                return Ok(Some(claimed));
+            }
+            Ok(None) => StorageError::BlobDamaged(object),
+            Err(error) => error,
+        };
+        tracing::warn!(search = %claimed.id, %error, "a search waits for its checkpoint");
+        self.put_back_search(claimed.id, claimed.epoch).await?;
+        Err(error)
+    }
+
+    /// Returns a leased search to the end of the queue. Does nothing if the epoch is stale.
+    async fn put_back_search(&self, id: JobId, epoch: u64) -> Result<()> {
+        let sql = format!(
+            "UPDATE search SET state = 'queued', epoch = epoch + 1, worker = NULL,
+                 lease_until_ms = NULL, turn = {NEXT_TURN}
+             WHERE id = ? AND epoch = ? AND state = 'running'"
+        );
+        self.write_relaxed(operation!(|conn| {
+            query(sql).bind(id.key()).bind(signed(epoch)).execute(conn).await?;
+            Ok(())
         }))
         .await
+    }
+
+    /// Takes the checkpoint out of a step, and writes it to the object store if it is large.
+    ///
+    /// # Errors
+    /// Returns a `StorageError` if the object store does not take it.
+    pub(crate) async fn place_checkpoint(&self, step: &mut SearchStep) -> Result<PlacedCheckpoint> {
+        let Some((bytes, _)) = &mut step.checkpoint else {
+            return Ok(PlacedCheckpoint::default());
+        };
+        let bytes = std::mem::take(bytes);
+        let mut before = None;
+        if self.blobs().is_some() {
+            // Only the holder of the lease stores checkpoints.
+            let read = query("SELECT object FROM search_checkpoint WHERE search_id = ?");
+            let row = read.bind(step.id.key()).fetch_optional(&mut self.reader().await?).await?;
+            before = row.map_or(Ok(None), |row| row.column("object"))?;
+        }
+        let file = self.place_file(BlobKind::Checkpoint, bytes).await?;
+        Ok(PlacedCheckpoint { file: Some(file), before })
+    }
+
+    /// Removes the object that is left after the write of a step: that of the checkpoint before, or
+    /// the new one if nothing was written.
+    pub(crate) fn discard_checkpoint<T>(&self, objects: CheckpointObjects, written: &Result<T>) {
+        match written {
+            Ok(_) => self.discard_object(objects.before),
+            Err(StorageError::Conflict { .. } | StorageError::NotFound) => {
+                self.discard_object(objects.new);
+            }
+            // The write may have been committed.
+            Err(_) => {}
+        }
     }
 
     /// Renews the lease of a search.
@@ -170,11 +257,18 @@ impl Store {
     ///
     /// # Errors
     /// Returns `StorageError::Conflict` if the epoch is stale, or if another step was stored.
-    pub async fn step_search(&self, step: SearchStep) -> Result<StoredSearch> {
-        if step.end.is_some() {
-            return self.write(operation!(|conn| step_and_fetch(conn, step).await)).await;
-        }
-        self.write_relaxed(operation!(|conn| step_and_fetch(conn, step).await)).await
+    pub async fn step_search(&self, mut step: SearchStep) -> Result<StoredSearch> {
+        let saved = self.place_checkpoint(&mut step).await?;
+        let objects = saved.objects();
+        let durability = match step.end {
+            Some(_) => Durability::PowerLoss,
+            None => Durability::ProcessDeath,
+        };
+        let write =
+            self.write_as(durability, operation!(|conn| step_and_fetch(conn, step, saved).await));
+        let written = write.await;
+        self.discard_checkpoint(objects, &written);
+        Ok(written?.0)
     }
 
     /// Returns a leased search to its queue. After the third consecutive worker death it fails
@@ -219,17 +313,21 @@ impl Store {
     }
 }
 
-/// Reads the checkpoint of a search and sets its progress to it.
-async fn resume(conn: &mut Conn, claimed: &mut ClaimedSearch) -> Result<()> {
+/// Reads the checkpoint of a search and sets its progress to it. Returns the name of the object
+/// that has it, if it is not in the row.
+async fn resume(conn: &mut Conn, claimed: &mut ClaimedSearch) -> Result<Option<String>> {
     let id = claimed.id.key().to_vec();
-    let saved = query("SELECT generation, bytes FROM search_checkpoint WHERE search_id = ?");
-    let mut generation = 0;
-    if let Some(saved) = saved.bind(id.clone()).fetch_optional(conn).await? {
+    let sql = "SELECT generation, bytes, object FROM search_checkpoint WHERE search_id = ?";
+    let (mut generation, mut object) = (0, None);
+    if let Some(saved) = query(sql).bind(id.clone()).fetch_optional(conn).await? {
         generation = saved.column("generation")?;
-        claimed.checkpoint = Some(saved.column("bytes")?);
+        claimed.checkpoint = saved.column("bytes")?;
+        if claimed.checkpoint.is_none() {
+            object = Some(saved.column("object")?);
+        }
     }
     if generation == claimed.generation {
-        return Ok(());
+        return Ok(object);
     }
     for sql in [FORGET, REWIND] {
         query(sql).bind(id.clone()).bind(generation).execute(conn).await?;
@@ -237,7 +335,7 @@ async fn resume(conn: &mut Conn, claimed: &mut ClaimedSearch) -> Result<()> {
     claimed.generation = generation;
     let seconds = query("SELECT seconds FROM search WHERE id = ?").bind(id);
     claimed.seconds = seconds.fetch_value(conn).await?;
-    Ok(())
+    Ok(object)
 }
 
 /// Reads a search whose lease has ended. If an island has failed, the others fail too.
@@ -257,14 +355,22 @@ async fn released(conn: &mut Conn, id: JobId, now_ms: i64) -> Result<StoredSearc
     Ok(released)
 }
 
-async fn step_and_fetch(conn: &mut Conn, step: SearchStep) -> Result<StoredSearch> {
-    apply(conn, &step).await?;
+async fn step_and_fetch(
+    conn: &mut Conn,
+    step: SearchStep,
+    saved: PlacedCheckpoint,
+) -> Result<StoredSearch> {
+    apply(conn, &step, saved).await?;
     search::fetch(conn, step.id).await
 }
 
 /// Stores a step and its log lines. The epoch is incremented unless the search keeps its lease.
 /// `recorded` becomes the validation error of the last line if the step records an individual.
-pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
+pub(crate) async fn apply(
+    conn: &mut Conn,
+    step: &SearchStep,
+    saved: PlacedCheckpoint,
+) -> Result<()> {
     if let (Some(search), Some(_)) = (step.archipelago, &step.end) {
         island::lock_all(conn, search).await?;
     }
@@ -335,10 +441,11 @@ pub(crate) async fn apply(conn: &mut Conn, step: &SearchStep) -> Result<()> {
             AND search_id = (SELECT previous_id FROM search WHERE id = ?)";
         query(taken).bind(last.generation).bind(step.id.key()).execute(conn).await?;
     }
-    if let Some((bytes, _)) = &step.checkpoint {
+    if let Some(file) = saved.file {
+        file.admit(conn).await?;
         let generation = last.map_or(step.from, |line| line.generation);
-        let save = query(SAVE).bind(step.id.key()).bind(generation).bind(bytes.as_slice());
-        save.execute(conn).await?;
+        let save = query(SAVE).bind(step.id.key()).bind(generation);
+        save.bind(file.bytes).bind(file.object).execute(conn).await?;
     }
     log(conn, step).await
 }

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use crate::StorageError;
 use crate::address::DatabaseAddress;
+use crate::blob_store::Blobs;
 use crate::engine::Engine;
 use crate::engine::postgres::bus::{Bus, BusLink};
 use crate::engine::postgres::{Postgres, Usage};
@@ -24,6 +25,8 @@ pub struct Store {
     /// SQLite's writer has its own.
     lock: Arc<Mutex<Option<DirectoryLock>>>,
     lease_faults: Arc<LeaseFaults>,
+    /// Object store of large files; `None` if they are in rows.
+    blobs: Option<Arc<Blobs>>,
 }
 
 /// Declares [`StoreCounts`]: fields with their tables.
@@ -153,7 +156,22 @@ impl Store {
     }
 
     fn of(engine: Engine) -> Self {
-        Self { engine: Arc::new(engine), lock: Arc::default(), lease_faults: Arc::default() }
+        Self {
+            engine: Arc::new(engine),
+            lock: Arc::default(),
+            lease_faults: Arc::default(),
+            blobs: None,
+        }
+    }
+
+    /// Object store of large files; `None` if they are in rows.
+    pub(crate) fn blobs(&self) -> Option<&Arc<Blobs>> {
+        self.blobs.as_ref()
+    }
+
+    /// Sets the object store of large files.
+    pub(crate) fn set_blobs(&mut self, blobs: Option<Blobs>) {
+        self.blobs = blobs.map(Arc::new);
     }
 
     /// Failed writes of leases.

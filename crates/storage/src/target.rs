@@ -3,6 +3,7 @@
 
 use brood_protocol::{CorrectedScene, Target, TargetId};
 
+use crate::blob_store::BlobKind;
 use crate::column::{Key, optional_key};
 use crate::error::Result;
 use crate::sql::query;
@@ -31,14 +32,16 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::Conflict`] if the id or the idempotency key is in use.
     pub async fn create_target(&self, new: NewTarget) -> Result<()> {
-        self.write(operation!(|conn| {
-            let NewTarget { target, hash, bytes, idempotency } = new;
+        let NewTarget { target, hash, bytes, idempotency } = new;
+        let file = self.place_file(BlobKind::Target, bytes).await?;
+        let object = file.object.clone();
+        let is_new = self.write(operation!(|conn| {
+            file.admit(conn).await?;
             idempotency::insert(conn, idempotency.as_ref(), target.created_ms).await?;
-            query("INSERT INTO target_file (hash, bytes) VALUES (?, ?) ON CONFLICT DO NOTHING")
-                .bind(hash.as_slice())
-                .bind(bytes)
-                .execute(conn)
-                .await?;
+            let insert = "INSERT INTO target_file (hash, bytes, object) VALUES (?, ?, ?)
+                 ON CONFLICT DO NOTHING";
+            let insert = query(insert).bind(hash.as_slice()).bind(file.bytes).bind(file.object);
+            let inserted = insert.execute(conn).await?;
             let json = serde_json::to_string(&target).expect("a target is plain data");
             query(
                 "INSERT INTO target (id, kind, file_hash, created_ms, json)
@@ -51,9 +54,12 @@ impl Store {
             .bind(json)
             .execute(conn)
             .await?;
-            Ok(())
-        }))
-        .await
+            Ok(inserted > 0)
+        }));
+        if !is_new.await? {
+            self.discard_object(object);
+        }
+        Ok(())
     }
 
     /// Returns a target.
@@ -109,9 +115,9 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist.
     pub async fn target_file(&self, hash: [u8; 32]) -> Result<Vec<u8>> {
-        let query = query("SELECT bytes FROM target_file WHERE hash = ?");
-        let row = query.bind(hash.as_slice()).fetch_one(&mut self.reader().await?).await?;
-        row.column("bytes")
+        let sql = "SELECT bytes AS file, object FROM target_file WHERE hash = ?";
+        let read = self.read_file(|| query(sql).bind(hash.as_slice()));
+        Ok(read.await?.1)
     }
 
     /// Deletes a target, and its file unless another target has the same.
@@ -120,7 +126,7 @@ impl Store {
     /// Returns [`StorageError::NotFound`] if it does not exist, [`StorageError::Conflict`] if an
     /// unfinished search uses it.
     pub async fn delete_target(&self, id: TargetId) -> Result<()> {
-        self.write(operation!(|conn| {
+        let removed = self.write(operation!(|conn| {
             // No search with it is made meanwhile.
             let lock = query("SELECT id FROM target WHERE id = ? /*pg: FOR UPDATE*/");
             lock.bind(id.key()).fetch_one(conn).await?;
@@ -136,15 +142,17 @@ impl Store {
             }
             let sql = "DELETE FROM target WHERE id = ? RETURNING file_hash";
             let row = query(sql).bind(id.key()).fetch_one(conn).await?;
-            query(
+            let file = query(
                 "DELETE FROM target_file WHERE hash = ?1
-                 AND NOT EXISTS (SELECT 1 FROM target WHERE file_hash = ?1)",
+                 AND NOT EXISTS (SELECT 1 FROM target WHERE file_hash = ?1) RETURNING object",
             )
             .bind(row.column::<Vec<u8>>("file_hash")?)
-            .execute(conn)
+            .fetch_optional(conn)
             .await?;
-            Ok(())
-        }))
-        .await
+            file.map_or(Ok(None), |file| file.column::<Option<String>>("object"))
+        }));
+        let object = removed.await?;
+        self.discard_object(object);
+        Ok(())
     }
 }

@@ -25,6 +25,9 @@ impl From<StorageError> for ApiError {
             StorageError::Unreachable(_) => {
                 Self::busy("the database cannot be reached").with_inner(error.to_string())
             }
+            StorageError::BlobsUnreachable(_) => {
+                Self::busy("the object store cannot be used").with_inner(error.to_string())
+            }
             other => Self::internal(other.to_string()),
         }
     }

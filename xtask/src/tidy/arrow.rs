@@ -49,8 +49,9 @@ const ARROWS: [(&str, &str); 21] = [
 const MAY_USE_ALL: &str = "brood";
 
 /// A dependency from outside, and the only packages that may name it.
-const GUARDED: [(&str, &[&str]); 3] = [
+const GUARDED: [(&str, &[&str]); 4] = [
     ("sqlx", &["brood-storage", "brood-tests"]),
+    ("object_store", &["brood-storage"]),
     ("axum", &["brood-server"]),
     ("wgpu", &["brood-gpu"]),
 ];
