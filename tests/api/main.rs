@@ -9,6 +9,7 @@ mod access;
 mod archive;
 mod attack;
 mod backend;
+mod blobs;
 mod breed;
 mod bumps;
 mod circle;

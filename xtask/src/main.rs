@@ -15,6 +15,7 @@ mod faults;
 mod fuzz;
 mod golden;
 mod mutants;
+mod object_server;
 mod packaging;
 mod postgres;
 mod prerequisite;

@@ -1,5 +1,5 @@
-//! A temporary cluster of PostgreSQL, and the tests of the store and of the API on it.
-//! `cluster.rs` lets a test start, kill and restart such a cluster.
+//! A temporary cluster of PostgreSQL, and the tests of the store and of the API on it and on an S3
+//! server. `cluster.rs` lets a test start, kill and restart such a cluster.
 //!
 //! The cluster listens on a Unix socket in its own folder below the folder of temporary files, and
 //! for connections with TLS, which need a password, on a port of 127.0.0.1. As root it runs as the
@@ -12,6 +12,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 
+use crate::object_server::ObjectServer;
 use crate::prerequisite::{self, Prerequisites};
 use crate::{shell, suite};
 
@@ -38,7 +39,7 @@ const CERTIFICATE: [&str; 13] = [
 /// Database that each cluster has.
 pub const DATABASE: &str = "postgres";
 /// Tests of the API that run on PostgreSQL in each run of all tests: those of what is stored.
-const STORED: &str = "test(/^(access|breed|comparison|edit|export_job|genome|idempotency|individual|\
+const STORED: &str = "test(/^(access|blobs|breed|comparison|edit|export_job|genome|idempotency|individual|\
     islands|job|lineage|lineage_list|lock|mesh|operation|rolling_upgrade|scene|search|several_servers|\
     start|target)::/)";
 /// Tests that read or change SQLite's files.
@@ -197,12 +198,14 @@ fn test(target: &Path, found: &Prerequisites, filter: &[&str]) -> Result<()> {
     }
     let start = Instant::now();
     let cluster = Cluster::start()?;
-    println!("PostgreSQL runs after {:.1} s", start.elapsed().as_secs_f64());
+    let objects = ObjectServer::start(target)?;
+    println!("PostgreSQL and an S3 server run after {:.1} s", start.elapsed().as_secs_f64());
     let chosen = filter.join(" or ");
     let api = format!("binary(api) and ({chosen}) and not ({OF_FILES})");
     let tests = format!("package(brood-tests) and ({api} or {CLUSTER})");
     let mut command = suite::prepared(shell::cargo(), found, target);
     command.env("BROOD_TEST_DATABASE", cluster.address_of(DATABASE));
+    objects.apply(&mut command);
     // The whole workspace, as in the other steps: with fewer packages, others would be built with
     // fewer features again.
     command.args(["nextest", "run", "--workspace", "--no-fail-fast", THREADS]);

@@ -2,6 +2,7 @@
 //! fixtures.
 
 mod access;
+mod blob;
 mod content;
 mod durability;
 mod export_file;

@@ -10,7 +10,7 @@ use crate::{
     SearchChange, SearchEnd, SearchStep, StoredArrival, StoredSearch,
 };
 
-fn target() -> NewTarget {
+pub(super) fn target() -> NewTarget {
     let target = Target {
         id: TargetId::fresh(),
         kind: "samples".to_owned(),
@@ -30,7 +30,7 @@ fn target() -> NewTarget {
     NewTarget { target, hash: hash("file"), bytes: vec![1, 2, 3], idempotency: None }
 }
 
-async fn search(store: &Store, target: TargetId, lineage: LineageId) -> JobId {
+pub(super) async fn search(store: &Store, target: TargetId, lineage: LineageId) -> JobId {
     islands(store, target, lineage, 1).await[0]
 }
 
@@ -77,7 +77,10 @@ async fn release_all(store: &Store) {
     }
 }
 
-fn step(claimed: &ClaimedSearch, generations: std::ops::RangeInclusive<u32>) -> SearchStep {
+pub(super) fn step(
+    claimed: &ClaimedSearch,
+    generations: std::ops::RangeInclusive<u32>,
+) -> SearchStep {
     let from = generations.start() - 1;
     let line = |generation: u32| GenerationLine {
         generation,
@@ -108,7 +111,7 @@ fn step(claimed: &ClaimedSearch, generations: std::ops::RangeInclusive<u32>) -> 
     }
 }
 
-async fn claim(store: &Store) -> ClaimedSearch {
+pub(super) async fn claim(store: &Store) -> ClaimedSearch {
     store.claim_search("worker", LEASE, 20).await.unwrap().expect("a search is queued")
 }
 
