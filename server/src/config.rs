@@ -16,8 +16,8 @@ pub struct ServerConfig {
     /// PostgreSQL database for everything but pictures and files of exports; `None` for one in the
     /// data directory.
     pub database: Option<DatabaseAddress>,
-    /// Object store for uploads and checkpoints over 1 MiB, beside a PostgreSQL database; `None` for
-    /// rows of the database.
+    /// Object store for uploads and checkpoints over 1 MiB, beside a PostgreSQL database; `None`
+    /// for rows of the database.
     pub blobs: Option<BlobAddress>,
     /// Capacity of the picture cache on disk in MiB; the cache in memory gets a quarter of it.
     pub cache_mib: u64,

@@ -85,8 +85,8 @@ fn install(target: &Path) -> Result<PathBuf> {
     if !program.is_file() {
         println!("missing: an S3 server (crates.io: s3s-fs)");
         let mut install = shell::cargo();
-        install.args(["install", "--quiet", "--locked", "--features", "binary", "--version"]);
-        install.args([VERSION, "s3s-fs", "--root"]).arg(&root);
+        install.args(["install", "--quiet", "--locked", "--debug", "--features", "binary"]);
+        install.args(["--version", VERSION, "s3s-fs", "--root"]).arg(&root);
         shell::run(&mut install).context("build s3s-fs from crates.io")?;
     }
     Ok(program)
