@@ -232,7 +232,7 @@ impl Blobs {
         match timeout(CALL, call).await {
             Ok(Ok(answer)) => Ok(answer),
             Ok(Err(error)) => Err(self.unreachable(root(&error))),
-            Err(_) => Err(self.unreachable(&format!("no answer within {} s", CALL.as_secs()))),
+            Err(_) => Err(self.unreachable(format!("no answer within {} s", CALL.as_secs()))),
         }
     }
 
