@@ -61,7 +61,8 @@ const USAGE: &str = "usage: cargo xtask <task>
                               measure the page over a slow network: time to pictures, requests, bytes
   bench scale [--only NAME,...] [--seconds N] [--rounds N] [--out DIR] [--release | --brood FILE]
                               measure several servers under CPU quota on one PostgreSQL database, workers that sleep,
-                              and both engines, with a load model; series: births, workers, engines, demands
+                              both engines, with a load model, and searches with islands;
+                              series: births, workers, engines, demands, islands
   bench pictures [--data DIR] [--out DIR] [--release | --brood FILE] [--require]
                               compare pictures of the same materials with those of another renderer
   faults [--long | --minutes N]

@@ -59,7 +59,7 @@ enum Task {
     Far,
     /// Broods, starts, mutation and steering as a new user sees them.
     Look,
-    /// Broods and pictures of several servers.
+    /// Broods and pictures of several servers, and searches with islands.
     Scale,
 }
 

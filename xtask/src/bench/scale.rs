@@ -1,16 +1,21 @@
 //! `cargo xtask bench scale`: several servers on one machine. Broods of servers under CPU quota,
-//! workers that sleep, both engines, and a load model fitted to the demands of broods.
+//! workers that sleep, both engines, a load model fitted to the demands of broods, and searches
+//! with islands.
 //!
-//! Owns the series and the report; `brood bench throughput` is the load.
+//! Owns the series and the report; `brood bench throughput` is the load of broods.
 
 mod births;
 mod cgroup;
 mod cpu;
 mod demands;
 mod engines;
+mod glossy;
 mod goal;
+mod http;
+mod islands;
 mod model;
 mod sample;
+mod searches;
 mod server;
 mod statistics;
 mod workers;
@@ -22,6 +27,7 @@ use self::births::Births;
 use self::cgroup::CpuGroup;
 use self::demands::Demands;
 use self::engines::Engines;
+use self::islands::Islands;
 use self::model::Model;
 use self::sample::Lab;
 use self::workers::Workers;
@@ -43,10 +49,13 @@ enum Series {
     Engines,
     /// CPU time and bytes of a brood.
     Demands,
+    /// Searches with islands beside searches without.
+    Islands,
 }
 
 impl Series {
-    const ALL: [Self; 4] = [Self::Births, Self::Workers, Self::Engines, Self::Demands];
+    const ALL: [Self; 5] =
+        [Self::Births, Self::Workers, Self::Engines, Self::Demands, Self::Islands];
 
     /// Name on the command line.
     fn name(self) -> &'static str {
@@ -55,6 +64,7 @@ impl Series {
             Self::Workers => "workers",
             Self::Engines => "engines",
             Self::Demands => "demands",
+            Self::Islands => "islands",
         }
     }
 
@@ -64,7 +74,7 @@ impl Series {
         let find = |name: &str| {
             let found = Self::ALL.into_iter().find(|series| series.name() == name);
             found.with_context(|| {
-                format!("--only takes births, workers, engines and demands, got {name}")
+                format!("--only takes births, workers, engines, demands and islands, got {name}")
             })
         };
         only.split(',').map(find).collect()
@@ -99,6 +109,9 @@ pub fn run(words: &[&str]) -> Result<()> {
     let demands = or_note(&mut missing, Series::Demands, has(Series::Demands), || {
         Demands::measure(&lab, rounds)
     });
+    let islands = or_note(&mut missing, Series::Islands, has(Series::Islands), || {
+        Islands::measure(&lab, rounds)
+    });
     let model = demands.as_ref().map(|own| Model::new(own, births.as_ref(), workers.as_ref()));
     let model = model.transpose()?;
 
@@ -126,6 +139,9 @@ pub fn run(words: &[&str]) -> Result<()> {
     if let Some(model) = &model {
         text += &model.markdown()?;
     }
+    if let Some(islands) = &islands {
+        text += &islands.markdown()?;
+    }
     if !goals.is_empty() {
         text += &goal::markdown(&goals)?;
     }
@@ -138,6 +154,7 @@ pub fn run(words: &[&str]) -> Result<()> {
         "workers": workers.as_ref().map(Workers::json),
         "engines": engines.as_ref().map(Engines::json),
         "demands": demands.as_ref().map(Demands::json),
+        "islands": islands.as_ref().map(Islands::json),
         "extrapolation": model.as_ref().map(Model::json),
         "missing": missing,
     });
@@ -168,7 +185,7 @@ fn heading(machine: &Value, seconds: u32, rounds: u32) -> String {
     let field = |key: &str| machine[key].as_str().unwrap_or("not known").to_owned();
     format!(
         "# Several servers\n\n{}, {} cores; {}, commit {}, profile {}, {}; PostgreSQL {} ({}). Servers, database, clients \
-         and workers on one machine; each measurement takes {seconds} s after 5 s of load, on a new database; \
+         and workers on one machine; each measurement on a new database, of broods for {seconds} s after 5 s of load; \
          rounds: {rounds}.\n",
         field("processor"),
         machine["cores"],
@@ -188,8 +205,10 @@ mod tests {
     #[test]
     fn series_are_chosen_by_name() {
         assert_eq!(Series::chosen(None).unwrap(), Series::ALL);
-        let chosen = Series::chosen(Some("engines,births")).unwrap();
-        assert_eq!(chosen, [Series::Engines, Series::Births]);
+        let chosen = Series::chosen(Some("engines,births,islands")).unwrap();
+        assert_eq!(chosen, [Series::Engines, Series::Births, Series::Islands]);
         assert!(Series::chosen(Some("births,,")).is_err());
+        let error = Series::chosen(Some("island")).unwrap_err().to_string();
+        assert!(Series::ALL.iter().all(|series| error.contains(series.name())), "{error}");
     }
 }

@@ -153,7 +153,7 @@ impl Sample {
 }
 
 /// Differences of three counters.
-fn since(before: [f64; 3], after: [f64; 3]) -> [f64; 3] {
+pub fn since(before: [f64; 3], after: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|at| after[at] - before[at])
 }
 
@@ -187,18 +187,49 @@ impl Lab {
         Ok(names.into_iter().map(show).collect::<Result<Vec<_>>>()?.join(", "))
     }
 
+    /// Path of the binary.
+    pub fn brood(&self) -> &Path {
+        &self.brood
+    }
+
     /// Measures one load on new servers with a new database.
     pub fn measure(&self, load: &Load) -> Result<Sample> {
-        self.count.set(self.count.get() + 1);
-        let name = format!("scale{}", self.count.get());
         if load.engine == Engine::Sqlite {
-            return self.measure_on(load, &name, None);
+            return self.measure_on(load, &self.new_name(), None);
         }
+        self.on_new_database(|name| self.measure_on(load, name, Some(name)))
+    }
+
+    /// Measures something on a new database of PostgreSQL, given its name, and removes it.
+    pub fn on_new_database<T>(&self, measure: impl FnOnce(&str) -> Result<T>) -> Result<T> {
+        let name = self.new_name();
         self.cluster.query(DATABASE, &format!("CREATE DATABASE {name}"))?;
         self.cluster.query(DATABASE, "CHECKPOINT")?;
-        let measured = self.measure_on(load, &name, Some(&name));
+        let measured = measure(&name);
         self.cluster.query(DATABASE, &format!("DROP DATABASE {name} WITH (FORCE)"))?;
         measured
+    }
+
+    /// Starts the only server on a database, without quota.
+    pub fn server_on(&self, database: &str) -> Result<Server> {
+        let address = self.cluster.address_of(database);
+        Server::start(&self.brood, &self.folder.join(database), Some(address.as_str()))
+    }
+
+    /// Adds a token of a scope at a server on a database; returns it.
+    pub fn token(&self, server: &Server, scope: &str, database: &str) -> Result<String> {
+        let address = self.cluster.address_of(database);
+        server.add_token(&self.brood, scope, Some(address.as_str()))
+    }
+
+    /// CPU time that PostgreSQL has used, in seconds.
+    pub fn database_s(&self) -> Result<f64> {
+        cpu::with_children(self.cluster.process()?)
+    }
+
+    fn new_name(&self) -> String {
+        self.count.set(self.count.get() + 1);
+        format!("scale{}", self.count.get())
     }
 
     fn measure_on(&self, load: &Load, name: &str, database: Option<&str>) -> Result<Sample> {
@@ -280,8 +311,7 @@ impl Lab {
     /// CPU time in seconds of servers, PostgreSQL and load.
     fn cpu_s(&self, servers: &[Server]) -> Result<[f64; 3]> {
         let server_s = servers.iter().map(Server::cpu_s).sum::<Result<f64>>()?;
-        let database_s = cpu::with_children(self.cluster.process()?)?;
-        Ok([server_s, database_s, cpu::of_ended_children()?])
+        Ok([server_s, self.database_s()?, cpu::of_ended_children()?])
     }
 
     fn sizes(&self, database: &str) -> Result<[f64; 3]> {
