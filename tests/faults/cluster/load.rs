@@ -30,6 +30,8 @@ const FORMATS: [&str; 3] = ["brood", "rgl-bsdf", "wgsl"];
 const LINEAGE: usize = 200;
 /// Pause of a person after a brood and its picture.
 const PAUSE: Duration = Duration::from_millis(100);
+/// Pause between exports. Each one keeps about 50 MB in the database for a day.
+const EXPORT_PAUSE: Duration = Duration::from_secs(10);
 /// Longest time for a search or an export, which may lose its worker several times.
 const JOB: Duration = Duration::from_secs(240);
 
@@ -264,7 +266,7 @@ impl Load {
                 assert!(entries(archive) == files, "export {id} has other files than a request");
             }
             self.note(|record| record.exports += 1);
-            tokio::time::sleep(Duration::from_secs(3)).await;
+            tokio::time::sleep(EXPORT_PAUSE).await;
         }
     }
 
