@@ -13,7 +13,7 @@ use tracing_subscriber::layer::{Context, Filter, Layer, SubscriberExt};
 use tracing_subscriber::util::SubscriberInitExt;
 
 /// Default filter of long-running commands.
-const SERVICE: &str = "info,hyper=warn,hyper_util=warn,reqwest=warn,sqlx=warn,wgpu_core=warn,wgpu_hal=error,naga=warn";
+const SERVICE: &str = "info,hyper=warn,hyper_util=warn,reqwest=warn,sqlx=warn,object_store=warn,wgpu_core=warn,wgpu_hal=error,naga=warn";
 /// Default filter of offline commands.
 const OFFLINE: &str = "warn,wgpu_hal=error";
 /// Largest number of lines of one kind in [`WINDOW`].

@@ -32,6 +32,9 @@ pub enum ServerError {
     /// The PostgreSQL database cannot be opened.
     #[error("cannot open the database: {0}")]
     Database(StorageError),
+    /// The object store of large files cannot be used.
+    #[error("{0}")]
+    Blobs(StorageError),
     /// The data directory cannot be closed.
     #[error("the server stopped: {0}")]
     Closing(StorageError),

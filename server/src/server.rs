@@ -50,7 +50,8 @@ const TIDY_TICK: Duration = Duration::from_secs(5);
 const LOOK_TICK: Duration = Duration::from_secs(60);
 /// Interval of the clean-up of idempotency records.
 const PRUNE_TICK: Duration = Duration::from_secs(3600);
-/// Interval of the removal of objects without a row.
+/// Time from the start to the first removal of objects without a row, and interval of others.
+const FIRST_SWEEP: Duration = Duration::from_secs(600);
 const SWEEP_TICK: Duration = Duration::from_secs(2 * 3600);
 /// Age at which an object without a row is removed. Rows of objects are written within an hour.
 const SWEEP_AGE: Duration = Duration::from_secs(24 * 3600);
@@ -102,7 +103,7 @@ impl Server {
             Some(_) => ServerError::Database(error),
             None => ServerError::Storage(error),
         };
-        let store = store.with_blobs(config.blobs.as_ref()).await.map_err(failed)?;
+        let store = store.with_blobs(config.blobs.as_ref()).await.map_err(ServerError::Blobs)?;
         if !loopback && !store.any_token().await.map_err(failed)? {
             store.close().await?;
             return Err(ServerError::NoToken(config.listen));
@@ -440,11 +441,13 @@ async fn run_maintenance(app: App) {
 
 /// Removes objects without a row from the object store, until the server stops.
 async fn sweep_blobs(app: App) {
+    let mut wait = FIRST_SWEEP;
     loop {
         tokio::select! {
             () = app.stopping.cancelled() => return,
-            () = tokio::time::sleep(SWEEP_TICK) => {}
+            () = tokio::time::sleep(wait) => {}
         }
+        wait = SWEEP_TICK;
         match app.store.sweep_blobs(SWEEP_AGE).await {
             Ok(0) => {}
             Ok(objects) => tracing::info!(objects, "removed objects without a row"),

@@ -31,7 +31,7 @@ pub fn run(args: &CheckArgs, json: bool) -> Result<()> {
         let store = store.with_blobs_to_read(args.blobs.address.as_ref()).await;
         let store = store.context("open the object store")?;
         let checked = store.check(|genomes| spinner.set_message(format!("genomes: {genomes}")));
-        let checked = checked.await.context("read the database");
+        let checked = checked.await.context("check the database");
         store.close().await?;
         checked
     });

@@ -137,6 +137,12 @@ fn start(name: &str, plan: &WorkerPlan) -> Result<Child> {
         .kill_on_drop(true);
     #[cfg(unix)]
     command.process_group(0);
+    // Those of the object store.
+    for (name, _) in std::env::vars_os() {
+        if name.to_string_lossy().starts_with("AWS_") {
+            command.env_remove(name);
+        }
+    }
     if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
         // Without this, Vulkan drivers print warnings about the missing directory on servers.
         command.env("XDG_RUNTIME_DIR", std::env::temp_dir());

@@ -5,6 +5,7 @@
 
 use std::time::{Duration, SystemTime};
 
+use crate::blob_join::confirm_owner;
 use crate::blob_store::{BlobKind, Blobs};
 use crate::error::Result;
 use crate::sql::{Conn, Query, SqlRow, query};
@@ -15,6 +16,8 @@ pub(crate) const ROW_BYTES: usize = 1 << 20;
 /// Time in which the row of an object must be written. Objects without a row are removed after a
 /// day.
 const WRITE: Duration = Duration::from_secs(3600);
+/// Time for which a replaced object is kept, for a standby of PostgreSQL that is behind.
+const KEPT: Duration = Duration::from_secs(600);
 
 /// Place of a file: a row or an object.
 #[derive(Debug, Clone, Default)]
@@ -39,7 +42,7 @@ impl PlacedFile {
     /// database, and stays so until the transaction has ended.
     ///
     /// # Errors
-    /// Returns [`StorageError::Unsupported`] if the database has another store now,
+    /// Returns [`StorageError::BlobsUnreachable`] if the database has another store now,
     /// [`StorageError::Busy`] if the object is so old that it may be removed.
     pub async fn admit(&self, conn: &mut Conn) -> Result<()> {
         let Some(written) = self.written else { return Ok(()) };
@@ -50,9 +53,10 @@ impl PlacedFile {
         let lock = query("SELECT id FROM blob_store WHERE address = ? /*pg: FOR SHARE*/");
         match lock.bind(self.store.as_str()).fetch_optional(conn).await? {
             Some(_) => Ok(()),
-            None => Err(StorageError::Unsupported(
-                "the database has another object store now; restart this server".to_owned(),
-            )),
+            None => Err(StorageError::BlobsUnreachable(format!(
+                "{}: the database has another store now; restart this server",
+                self.store
+            ))),
         }
     }
 }
@@ -66,6 +70,7 @@ impl Store {
     pub(crate) async fn place_file(&self, kind: BlobKind, bytes: Vec<u8>) -> Result<PlacedFile> {
         match self.blobs() {
             Some(blobs) if bytes.len() > ROW_BYTES => {
+                confirm_owner(self, blobs).await?;
                 let written = Some(SystemTime::now());
                 let object = Some(blobs.put(kind, bytes).await?);
                 Ok(PlacedFile { bytes: None, object, store: blobs.address().to_string(), written })
@@ -74,15 +79,22 @@ impl Store {
         }
     }
 
-    /// True if a file is to be written to the object store.
-    pub(crate) fn is_for_blobs(&self, bytes: &[u8]) -> bool {
-        self.blobs().is_some() && bytes.len() > ROW_BYTES
+    /// Removes an object that has never had a row, in the background. If that fails, the sweep
+    /// removes it.
+    pub(crate) fn discard_object(&self, object: Option<String>) {
+        self.discard_after(Duration::ZERO, object);
     }
 
-    /// Removes an object that no row has, in the background. If that fails, the sweep removes it.
-    pub(crate) fn discard_object(&self, object: Option<String>) {
+    /// Removes an object that was replaced, in the background after a while. If that fails, the
+    /// sweep removes it.
+    pub(crate) fn discard_replaced(&self, object: Option<String>) {
+        self.discard_after(KEPT, object);
+    }
+
+    fn discard_after(&self, time: Duration, object: Option<String>) {
         let (Some(blobs), Some(object)) = (self.blobs().cloned(), object) else { return };
         tokio::spawn(async move {
+            tokio::time::sleep(time).await;
             // The failure is logged.
             let _ = blobs.remove(&object).await;
         });
@@ -121,7 +133,13 @@ impl Store {
     /// # Errors
     /// Returns [`StorageError::BlobsUnreachable`] if the object store does not answer.
     pub(crate) async fn object(&self, name: &str) -> Result<Option<Vec<u8>>> {
-        blobs_of(self.blobs().map(AsRef::as_ref))?.get(name).await
+        let blobs = blobs_of(self.blobs().map(AsRef::as_ref))?;
+        let found = blobs.get(name).await?;
+        if found.is_none() {
+            // A store at another endpoint does not have it either.
+            confirm_owner(self, blobs).await?;
+        }
+        Ok(found)
     }
 }
 

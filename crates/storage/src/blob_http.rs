@@ -74,6 +74,9 @@ fn roots(authorities: Option<&str>) -> Result<RootCertStore> {
         let certificate = certificate.map_err(|error| invalid(error.to_string()))?;
         roots.add(certificate).map_err(|error| invalid(error.to_string()))?;
     }
+    if roots.is_empty() {
+        return Err(invalid("the file has none".to_owned()));
+    }
     Ok(roots)
 }
 

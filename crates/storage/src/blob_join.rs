@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use crate::blob_address::BlobAddress;
 use crate::blob_store::Blobs;
+use crate::engine::postgres::lock_of;
 use crate::error::Result;
 use crate::sql::{Conn, query};
 use crate::write::operation;
@@ -117,9 +118,9 @@ async fn find(
             blobs.probe().await?;
             let found = blobs.owner().await?;
             let is_new = found.is_none();
-            let owner = remember(store, text, found).await?;
-            if is_new {
-                blobs.set_owner(&owner).await?;
+            let owner = remember(store, text.clone(), found).await?;
+            if is_new && blobs.claim(&owner).await?.as_ref() != Some(&owner) {
+                return Err(StorageError::Unsupported(other_owner(&text)));
             }
         }
     }
@@ -140,7 +141,7 @@ async fn remember(store: &Store, address: String, found: Option<String>) -> Resu
             let row = query(known).fetch_one(conn).await?;
             let (known, owner): (String, String) = (row.column("address")?, row.column("owner")?);
             if found.is_some_and(|found| found != owner) {
-                return Err(other_owner(&address));
+                return Err(StorageError::Unsupported(other_owner(&address)));
             }
             if known != address {
                 if is_used(conn).await? {
@@ -149,30 +150,70 @@ async fn remember(store: &Store, address: String, found: Option<String>) -> Resu
                 let update = query("UPDATE blob_store SET address = ? WHERE id = 1");
                 update.bind(address).execute(conn).await?;
             }
-            // Servers of earlier schemas cannot read such rows: they are not started any more.
-            let exclude = "UPDATE _brood_step SET oldest = ?1 WHERE version = ?1 AND oldest < ?1";
-            query(exclude).bind(SCHEMA).execute(conn).await?;
+            exclude_earlier(conn).await?;
             Ok(owner)
         }))
         .await
 }
 
-/// Checks that the database still owns the folder of a store, so that objects without a row may be
-/// removed.
+/// Excludes servers of earlier schemas, which cannot read rows with an object.
 ///
 /// # Errors
-/// Returns [`StorageError::Unsupported`] if another database owns it, or if this one has another
-/// store now.
+/// Returns [`StorageError::Unsupported`] if one runs.
+async fn exclude_earlier(conn: &mut Conn) -> Result<()> {
+    let exclude = "UPDATE _brood_step SET oldest = ?1 WHERE version = ?1 AND oldest < ?1";
+    if query(exclude).bind(SCHEMA).execute(conn).await? == 0 {
+        return Ok(());
+    }
+    // Free until the end of the transaction. Servers share it.
+    let lock = "SELECT pg_try_advisory_xact_lock(hashtext(?), hashtext(current_schema()))";
+    if query(lock).bind(lock_of(SCHEMA - 1)).fetch_value(conn).await? {
+        return Ok(());
+    }
+    Err(StorageError::Unsupported(
+        "servers of an earlier version of brood use the database, which cannot read files of an \
+         object store; upgrade them first"
+            .to_owned(),
+    ))
+}
+
+/// Checks once for a process that the folder belongs to the database, before an object is stored
+/// there: a store at another endpoint may have the same address.
+///
+/// # Errors
+/// As [`assert_owner`].
+pub(crate) async fn confirm_owner(store: &Store, blobs: &Blobs) -> Result<()> {
+    blobs.confirmed.get_or_try_init(|| assert_owner(store, blobs)).await.copied()
+}
+
+/// Checks that the folder of a store belongs to the database, so that objects may be stored there,
+/// and those without a row removed.
+///
+/// # Errors
+/// Returns [`StorageError::BlobsUnreachable`] if it belongs to another database or to none, if this
+/// database has another store now, or if the store does not answer.
 pub(crate) async fn assert_owner(store: &Store, blobs: &Blobs) -> Result<()> {
     let address = blobs.address().to_string();
+    let mut conn = store.reader().await?;
     let own = query("SELECT owner FROM blob_store WHERE address = ?").bind(address.as_str());
-    let own = own.fetch_optional(&mut store.reader().await?).await?;
+    let own = own.fetch_optional(&mut conn).await?;
     let own = own.map(|row| row.column::<String>("owner")).transpose()?;
-    match (own, blobs.owner().await?) {
-        (Some(own), Some(found)) if own == found => Ok(()),
+    let Some(own) = own else {
+        return Err(blobs.unreachable("the database has another store now; restart this server"));
+    };
+    let is_used = is_used(&mut conn).await?;
+    drop(conn);
+    let found = match blobs.owner().await? {
         // The first server ended before it had written it.
-        (Some(own), None) => blobs.set_owner(&own).await,
-        _ => Err(other_owner(&address)),
+        None if !is_used => blobs.claim(&own).await?,
+        found => found,
+    };
+    match found {
+        Some(found) if found == own => Ok(()),
+        Some(_) => Err(blobs.unreachable(other_owner(&address))),
+        None => Err(blobs.unreachable(
+            "it has no object `owner` of this database; is AWS_ENDPOINT the one of other servers?",
+        )),
     }
 }
 
@@ -205,10 +246,8 @@ pub(crate) async fn used_objects(
     Ok(used)
 }
 
-fn other_owner(address: &str) -> StorageError {
-    StorageError::Unsupported(format!(
-        "the object store {address} belongs to another database; name another folder"
-    ))
+fn other_owner(address: &str) -> String {
+    format!("the object store {address} belongs to another database; name another folder")
 }
 
 fn other_store(known: &str) -> StorageError {

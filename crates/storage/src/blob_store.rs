@@ -10,8 +10,10 @@ use futures::{StreamExt as _, TryStreamExt as _};
 use object_store::aws::{AmazonS3, AmazonS3Builder};
 use object_store::path::Path;
 use object_store::{
-    BackoffConfig, Error, ObjectStore, ObjectStoreExt as _, PutPayload, RetryConfig,
+    BackoffConfig, Error, ObjectStore, ObjectStoreExt as _, PutMode, PutOptions, PutPayload,
+    RetryConfig,
 };
+use tokio::sync::OnceCell;
 use tokio::time::timeout;
 use uuid::Uuid;
 
@@ -20,8 +22,11 @@ use crate::blob_address::BlobAddress;
 use crate::blob_http::BlobClient;
 use crate::error::Result;
 
-/// Time for one call with its retries. Shorter than a lease, in which a checkpoint is read.
+/// Time for one call with its retries, besides that for the bytes of an upload. Shorter than a
+/// lease, in which a checkpoint is read.
 const CALL: Duration = Duration::from_secs(12);
+/// Least bytes of an upload that are sent in a second.
+const LEAST_BYTES_PER_S: usize = 1 << 20;
 /// Time in which a failed request is sent again.
 const RETRY: Duration = Duration::from_secs(6);
 /// Objects of a page of a list.
@@ -71,6 +76,8 @@ pub(crate) struct FoundBlob {
 pub(crate) struct Blobs {
     store: AmazonS3,
     address: BlobAddress,
+    /// Set once the database is known to own the folder.
+    pub confirmed: OnceCell<()>,
 }
 
 impl Blobs {
@@ -104,7 +111,7 @@ impl Blobs {
             .map_err(|error| {
                 StorageError::Unsupported(format!("the object store {address}: {error}"))
             })?;
-        Ok(Self { store, address: address.clone() })
+        Ok(Self { store, address: address.clone(), confirmed: OnceCell::new() })
     }
 
     /// Address of the store.
@@ -121,11 +128,12 @@ impl Blobs {
     }
 
     async fn put_in(&self, folder: &str, bytes: Vec<u8>) -> Result<String> {
-        let hash = blake3::hash(&bytes);
+        let (hash, bytes) = hashed(bytes.into()).await?;
         let name = format!("{folder}/{}-{}", Uuid::now_v7(), hash.to_hex());
         let path = self.path(&name);
-        let payload = PutPayload::from(Bytes::from(bytes));
-        self.call(async { self.store.put(&path, payload).await.map(drop) }).await?;
+        let limit = CALL + Duration::from_secs((bytes.len() / LEAST_BYTES_PER_S) as u64);
+        let payload = PutPayload::from(bytes);
+        self.call_within(limit, async { self.store.put(&path, payload).await.map(drop) }).await?;
         Ok(name)
     }
 
@@ -140,12 +148,13 @@ impl Blobs {
             match self.store.get(&path).await {
                 Ok(found) if found.meta.size > MOST_BYTES => Ok(Some(Bytes::new())),
                 Ok(found) => found.bytes().await.map(Some),
-                Err(Error::NotFound { source, .. }) if !is_bucket(&*source) => Ok(None),
+                Err(Error::NotFound { source, .. }) if is_missing(&*source) => Ok(None),
                 Err(error) => Err(error),
             }
         });
         let Some(bytes) = found.await? else { return Ok(None) };
-        if hash_of(name) == Some(blake3::hash(&bytes)) {
+        let (hash, bytes) = hashed(bytes).await?;
+        if hash_of(name) == Some(hash) {
             return Ok(Some(bytes.into()));
         }
         Err(StorageError::BlobDamaged(format!("{}/{name}", self.address)))
@@ -192,20 +201,35 @@ impl Blobs {
         let found = self.call(async {
             match self.store.get(&path).await {
                 Ok(found) => found.bytes().await.map(Some),
-                Err(Error::NotFound { .. }) => Ok(None),
+                Err(Error::NotFound { source, .. }) if is_missing(&*source) => Ok(None),
                 Err(error) => Err(error),
             }
         });
         Ok(found.await?.map(|name| String::from_utf8_lossy(&name).into_owned()))
     }
 
-    /// Makes a database the owner of the folder.
+    /// Makes a database the owner of the folder, unless it has an owner. Returns the owner.
     ///
     /// # Errors
     /// Returns [`StorageError::BlobsUnreachable`] if the store does not take it.
-    pub async fn set_owner(&self, name: &str) -> Result<()> {
+    pub async fn claim(&self, name: &str) -> Result<Option<String>> {
         let (path, payload) = (self.path(OWNER), PutPayload::from(name.to_owned()));
-        self.call(async { self.store.put(&path, payload).await.map(drop) }).await
+        self.call(async {
+            let create = PutOptions::from(PutMode::Create);
+            match self.store.put_opts(&path, payload.clone(), create).await {
+                Ok(_) | Err(Error::AlreadyExists { .. }) => Ok(()),
+                // Some stores refuse the condition.
+                Err(_) => self.store.put(&path, payload).await.map(drop),
+            }
+        })
+        .await?;
+        self.owner().await
+    }
+
+    /// Overwrites an object, or `owner`.
+    #[cfg(test)]
+    pub async fn overwrite(&self, name: &str, bytes: &'static str) {
+        self.store.put(&self.path(name), PutPayload::from(bytes)).await.unwrap();
     }
 
     /// Lists objects of this module, page by page.
@@ -224,19 +248,28 @@ impl Blobs {
         Path::from(self.address.path(name))
     }
 
-    /// Makes a call within its time.
+    /// Makes a call within the usual time.
     async fn call<T>(
         &self,
         call: impl Future<Output = object_store::Result<T>> + Send,
     ) -> Result<T> {
-        match timeout(CALL, call).await {
+        self.call_within(CALL, call).await
+    }
+
+    async fn call_within<T>(
+        &self,
+        limit: Duration,
+        call: impl Future<Output = object_store::Result<T>> + Send,
+    ) -> Result<T> {
+        match timeout(limit, call).await {
             Ok(Ok(answer)) => Ok(answer),
             Ok(Err(error)) => Err(self.unreachable(root(&error))),
-            Err(_) => Err(self.unreachable(format!("no answer within {} s", CALL.as_secs()))),
+            Err(_) => Err(self.unreachable(format!("no answer within {} s", limit.as_secs()))),
         }
     }
 
-    fn unreachable(&self, reason: impl std::fmt::Display) -> StorageError {
+    /// Error of a store that cannot be used. Logs it.
+    pub fn unreachable(&self, reason: impl std::fmt::Display) -> StorageError {
         let reason = reason.to_string().replace('\n', " ");
         let reason: String = reason.chars().take(REASON_CHARS).collect();
         let store = self.address.to_string();
@@ -254,9 +287,16 @@ fn root(error: &Error) -> &dyn std::error::Error {
     cause
 }
 
-/// True if the reason of a missing object is that its bucket is missing.
-fn is_bucket(source: &(dyn std::error::Error + Send + Sync)) -> bool {
-    source.to_string().contains("NoSuchBucket")
+/// True if the reason of a 404 is that the object is missing, and neither the bucket nor the path of
+/// the store.
+fn is_missing(source: &(dyn std::error::Error + Send + Sync)) -> bool {
+    source.to_string().contains("NoSuchKey")
+}
+
+/// Returns the hash of bytes, computed outside the tasks of requests.
+async fn hashed(bytes: Bytes) -> Result<(blake3::Hash, Bytes)> {
+    let hash = tokio::task::spawn_blocking(move || (blake3::hash(&bytes), bytes));
+    hash.await.map_err(|_| StorageError::Closed)
 }
 
 /// Returns the hash that is the end of an object's name.

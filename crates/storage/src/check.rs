@@ -36,14 +36,15 @@ impl Store {
     /// Returns a [`StorageError`] if the file cannot be read, or the object store does not answer.
     /// Damage is not an error, it is listed.
     pub async fn check(&self, read: impl Fn(u64)) -> Result<CheckedStore> {
+        let mut checked = CheckedStore::default();
+        // First: the object store may not answer.
+        self.check_files(&mut checked).await?;
         let mut conn = self.snapshot().await?;
-        let mut problems = Vec::new();
         // PostgreSQL checks references on each write, and pages only with `data_checksums`.
         if let Conn::Sqlite(_) = conn {
-            problems.extend(structure(&mut conn).await?);
-            problems.extend(references(&mut conn).await?);
+            checked.problems.extend(structure(&mut conn).await?);
+            checked.problems.extend(references(&mut conn).await?);
         }
-        let mut checked = CheckedStore { problems, ..CheckedStore::default() };
         let mut damaged = Vec::new();
         let mut last = Vec::new();
         loop {
@@ -62,8 +63,6 @@ impl Store {
         if more > 0 {
             checked.problems.push(format!("{more} more genomes are damaged"));
         }
-        drop(conn);
-        self.check_files(&mut checked).await?;
         Ok(checked)
     }
 

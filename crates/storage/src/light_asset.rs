@@ -3,14 +3,15 @@
 
 use brood_protocol::LightAssetKind;
 
+use crate::Store;
 use crate::blob_store::BlobKind;
 use crate::error::Result;
 use crate::sql::query;
 use crate::write::operation;
-use crate::{StorageError, Store};
 
 impl Store {
-    /// Stores a file. Equal files are stored once.
+    /// Stores a file. Equal files are stored once; the last one replaces its object, which may be
+    /// lost.
     ///
     /// # Errors
     /// Returns a `StorageError` if the write fails.
@@ -20,20 +21,14 @@ impl Store {
         kind: LightAssetKind,
         bytes: Vec<u8>,
     ) -> Result<()> {
-        // Files are never removed.
-        if self.is_for_blobs(&bytes) {
-            match self.light_asset_kind(hash).await {
-                Err(StorageError::NotFound) => {}
-                known => return known.map(drop),
-            }
-        }
         let file = self.place_file(BlobKind::LightAsset, bytes).await?;
         let object = file.object.clone();
         let inserted = self.write(operation!(|conn| {
             file.admit(conn).await?;
             query(
                 "INSERT INTO light_asset (hash, kind, bytes, object) VALUES (?, ?, ?, ?)
-                 ON CONFLICT (hash) DO NOTHING",
+                 ON CONFLICT (hash) DO UPDATE SET bytes = excluded.bytes, object = excluded.object
+                     WHERE light_asset.object IS NOT NULL",
             )
             .bind(hash.as_slice())
             .bind(kind.name())

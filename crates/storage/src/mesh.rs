@@ -3,13 +3,13 @@
 
 use brood_protocol::MeshId;
 
+use crate::Store;
 use crate::blob_store::BlobKind;
 use crate::column::Key;
 use crate::error::Result;
 use crate::row::{Record, record, select, signed};
 use crate::sql::query;
 use crate::write::operation;
-use crate::{StorageError, Store};
 
 record! {
     /// Mesh without its data.
@@ -37,15 +37,6 @@ impl Store {
     /// # Errors
     /// Returns a `StorageError` if the write fails.
     pub async fn put_mesh(&self, mesh: StoredMesh, data: Vec<u8>) -> Result<MeshId> {
-        // Meshes are never removed.
-        if self.is_for_blobs(&data) {
-            let known = query("SELECT id FROM mesh WHERE content_hash = ?");
-            let known = known.bind(mesh.content_hash.as_slice());
-            match known.fetch_value(&mut self.reader().await?).await {
-                Err(StorageError::NotFound) => {}
-                known => return known,
-            }
-        }
         let file = self.place_file(BlobKind::Mesh, data).await?;
         let object = file.object.clone();
         let stored = self.write(operation!(|conn| {
@@ -53,7 +44,10 @@ impl Store {
             let inserted = query(
                 "INSERT INTO mesh
                      (id, content_hash, vertices, triangles, has_uv, warnings_json, data, object)
-                 VALUES (?, ?, ?, ?, ?, ?, ?, ?) ON CONFLICT (content_hash) DO NOTHING",
+                 VALUES (?, ?, ?, ?, ?, ?, ?, ?)
+                 ON CONFLICT (content_hash) DO UPDATE
+                     SET data = excluded.data, object = excluded.object
+                     WHERE mesh.object IS NOT NULL",
             )
             .bind(mesh.id.key())
             .bind(mesh.content_hash.as_slice())

@@ -57,6 +57,8 @@ record! {
     } and {
         /// Checkpoint to resume from.
         pub checkpoint: Option<Vec<u8>>,
+        /// Name of the object with the checkpoint, if it is missing or damaged.
+        pub lost_checkpoint: Option<String>,
         /// Arrival from the island before, if it is to be added to the checkpoint.
         pub arrival: Option<StoredArrival>,
     }
@@ -174,17 +176,16 @@ impl Store {
         }));
         let Some((mut claimed, object)) = claimed.await? else { return Ok(None) };
         let Some(object) = object else { return Ok(Some(claimed)) };
-        let error = match self.object(&object).await {
-            Ok(Some(checkpoint)) => {
-                claimed.checkpoint = Some(checkpoint);
-                return Ok(Some(claimed));
+        match self.object(&object).await {
+            Ok(Some(checkpoint)) => claimed.checkpoint = Some(checkpoint),
+            Ok(None) | Err(StorageError::BlobDamaged(_)) => claimed.lost_checkpoint = Some(object),
+            Err(error) => {
+                tracing::warn!(search = %claimed.id, %error, "a search waits for its checkpoint");
+                self.put_back_search(claimed.id, claimed.epoch).await?;
+                return Err(error);
             }
-            Ok(None) => StorageError::BlobDamaged(object),
-            Err(error) => error,
-        };
-        tracing::warn!(search = %claimed.id, %error, "a search waits for its checkpoint");
-        self.put_back_search(claimed.id, claimed.epoch).await?;
-        Err(error)
+        }
+        Ok(Some(claimed))
     }
 
     /// Returns a leased search to the end of the queue. Does nothing if the epoch is stale.
@@ -225,7 +226,7 @@ impl Store {
     /// the new one if nothing was written.
     pub(crate) fn discard_checkpoint<T>(&self, objects: CheckpointObjects, written: &Result<T>) {
         match written {
-            Ok(_) => self.discard_object(objects.before),
+            Ok(_) => self.discard_replaced(objects.before),
             Err(StorageError::Conflict { .. } | StorageError::NotFound) => {
                 self.discard_object(objects.new);
             }

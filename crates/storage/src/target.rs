@@ -39,7 +39,8 @@ impl Store {
             file.admit(conn).await?;
             idempotency::insert(conn, idempotency.as_ref(), target.created_ms).await?;
             let insert = "INSERT INTO target_file (hash, bytes, object) VALUES (?, ?, ?)
-                 ON CONFLICT DO NOTHING";
+                 ON CONFLICT (hash) DO UPDATE SET bytes = excluded.bytes, object = excluded.object
+                     WHERE target_file.object IS NOT NULL";
             let insert = query(insert).bind(hash.as_slice()).bind(file.bytes).bind(file.object);
             let inserted = insert.execute(conn).await?;
             let json = serde_json::to_string(&target).expect("a target is plain data");
@@ -120,13 +121,14 @@ impl Store {
         Ok(read.await?.1)
     }
 
-    /// Deletes a target, and its file unless another target has the same.
+    /// Deletes a target, and its file unless another target has the same. The sweep removes the
+    /// object.
     ///
     /// # Errors
     /// Returns [`StorageError::NotFound`] if it does not exist, [`StorageError::Conflict`] if an
     /// unfinished search uses it.
     pub async fn delete_target(&self, id: TargetId) -> Result<()> {
-        let removed = self.write(operation!(|conn| {
+        self.write(operation!(|conn| {
             // No search with it is made meanwhile.
             let lock = query("SELECT id FROM target WHERE id = ? /*pg: FOR UPDATE*/");
             lock.bind(id.key()).fetch_one(conn).await?;
@@ -142,17 +144,15 @@ impl Store {
             }
             let sql = "DELETE FROM target WHERE id = ? RETURNING file_hash";
             let row = query(sql).bind(id.key()).fetch_one(conn).await?;
-            let file = query(
+            query(
                 "DELETE FROM target_file WHERE hash = ?1
-                 AND NOT EXISTS (SELECT 1 FROM target WHERE file_hash = ?1) RETURNING object",
+                 AND NOT EXISTS (SELECT 1 FROM target WHERE file_hash = ?1)",
             )
             .bind(row.column::<Vec<u8>>("file_hash")?)
-            .fetch_optional(conn)
+            .execute(conn)
             .await?;
-            file.map_or(Ok(None), |file| file.column::<Option<String>>("object"))
-        }));
-        let object = removed.await?;
-        self.discard_object(object);
-        Ok(())
+            Ok(())
+        }))
+        .await
     }
 }

@@ -94,6 +94,12 @@ impl JobKind for Searches {
     ) -> Result<Option<PendingGrant<Self>>, ApiError> {
         while let Some(claimed) = self.store.claim_search(worker, limit::LEASE, now_ms()).await? {
             let ticket = SearchTicket { job: claimed.id, epoch: claimed.epoch };
+            if let Some(object) = &claimed.lost_checkpoint {
+                let reason =
+                    format!("the checkpoint {object} in the object store is missing or damaged");
+                self.fail_claimed(&ticket, reason).await?;
+                continue;
+            }
             match grant(ticket, claimed) {
                 Ok(grant) => {
                     let pending = PendingGrant::new(self, ticket, grant);

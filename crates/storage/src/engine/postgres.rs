@@ -26,7 +26,7 @@ use crate::write::{CommitTimes, WriteFuture};
 
 use bus::{Bus, BusLink};
 use presence::{Presence, Standing};
-pub(crate) use schema::Usage;
+pub(crate) use schema::{Usage, lock_of};
 
 /// Oldest supported PostgreSQL, as `server_version_num` gives it.
 const MIN_VERSION: i32 = 150_000;

@@ -136,6 +136,13 @@ async fn objects_become(store: &Store, count: usize) -> Vec<String> {
     panic!("{:?}", objects(store).await);
 }
 
+/// Removes all objects without a row. Returns their number.
+async fn sweep_all(store: &Store) -> u64 {
+    // The clock of the object store has seconds.
+    tokio::time::sleep(Duration::from_millis(1100)).await;
+    store.sweep_blobs(Duration::ZERO).await.unwrap()
+}
+
 fn new_target(name: &str, bytes: Vec<u8>) -> NewTarget {
     NewTarget { hash: hash(name), bytes, ..target() }
 }
@@ -176,24 +183,29 @@ async fn large_files_are_objects_and_others_rows() {
     assert!(kind == LightAssetKind::Environment && bytes == large(4));
     assert!(other.mesh_data(hash("cow")).await.unwrap() == large(5));
 
-    // Equal files are stored once.
+    // Equal files are stored once. An object that was lost is replaced.
+    for name in three {
+        blobs(&store).remove(&name).await.unwrap();
+    }
     let again = StoredMesh { id: MeshId::fresh(), ..mesh.clone() };
     assert_eq!(other.put_mesh(again, large(5)).await.unwrap(), mesh.id);
     other.put_light_asset(hash("m"), LightAssetKind::Environment, large(4)).await.unwrap();
     let twin = new_target("large", large(3));
     let twin_id = twin.target.id;
     other.create_target(twin).await.unwrap();
-    assert_eq!(objects_become(&store, 3).await, three);
+    objects_become(&store, 3).await;
+    assert!(store.mesh_data(hash("cow")).await.unwrap() == large(5));
+    assert!(store.light_asset(hash("m")).await.unwrap().1 == large(4));
 
     store.delete_target(id).await.unwrap();
     assert!(store.target_file(hash("large")).await.unwrap() == large(3));
     store.delete_target(twin_id).await.unwrap();
     assert!(matches!(store.target_file(hash("large")).await, Err(StorageError::NotFound)));
-    objects_become(&store, 2).await;
+    assert_eq!((sweep_all(&store).await, objects(&store).await.len()), (1, 2));
 }
 
 #[tokio::test]
-async fn checkpoint_replaces_the_object_of_the_one_before() {
+async fn checkpoint_replaces_the_one_before_whose_object_is_kept_for_a_while() {
     let Some(fixture) = Fixture::new().await else { return };
     let store = fixture.open().await;
     let new = target();
@@ -203,22 +215,22 @@ async fn checkpoint_replaces_the_object_of_the_one_before() {
     let id = search(&store, of, lineage).await;
     let claimed = claim(&store).await;
     store.step_search(large_step(&claimed, 1, 1)).await.unwrap();
-    let first = objects_become(&store, 1).await;
     store.step_search(large_step(&claimed, 2, 2)).await.unwrap();
-    assert_ne!(objects_become(&store, 1).await, first);
+    objects_become(&store, 2).await;
 
     // A step without a lease leaves no object.
     let stale = SearchStep { epoch: claimed.epoch + 1, ..large_step(&claimed, 3, 9) };
     let stale = store.step_search(stale).await;
     assert!(matches!(stale, Err(StorageError::Conflict { .. })), "{stale:?}");
-    objects_become(&store, 1).await;
+    objects_become(&store, 2).await;
+    assert_eq!(sweep_all(&store).await, 1);
 
     store.release_search(id, claimed.epoch, false, 30).await.unwrap();
     let claimed = claim(&fixture.open().await).await;
     assert_eq!(claimed.generation, 2);
     assert!(claimed.checkpoint.as_deref() == Some(&large(2)[..]));
     store.step_search(step(&claimed, 3..=3)).await.unwrap();
-    objects_become(&store, 0).await;
+    assert_eq!(sweep_all(&store).await, 1);
     store.release_search(id, claimed.epoch, false, 30).await.unwrap();
     assert_eq!(claim(&store).await.checkpoint, Some(vec![5; 9]));
 }
@@ -273,9 +285,7 @@ async fn sweep_removes_old_objects_without_a_row() {
         blobs(&store).put(kind, vec![1; 9]).await.unwrap();
     }
     assert_eq!(store.sweep_blobs(Duration::from_secs(3600)).await.unwrap(), 0);
-    // The clock of the store has seconds.
-    tokio::time::sleep(Duration::from_millis(1100)).await;
-    assert_eq!(store.sweep_blobs(Duration::ZERO).await.unwrap(), 3);
+    assert_eq!(sweep_all(&store).await, 3);
     assert_eq!(objects(&store).await, kept);
     assert!(store.target_file(hash("kept")).await.unwrap() == large(3));
     fixture.link.cut(true);
@@ -288,10 +298,11 @@ async fn servers_of_a_database_have_the_same_store() {
     let Some(fixture) = Fixture::new().await else { return };
     let elsewhere = folder(&fixture.bucket);
     let first = fixture.open_with(Some(&elsewhere)).await.unwrap();
-    // Nothing is stored there yet.
+    // Nothing is stored there yet. The other database there stays the owner.
+    assert_eq!(blobs(&first).claim("another").await.unwrap(), blobs(&first).owner().await.unwrap());
     let store = fixture.open().await;
     let late = first.create_target(new_target("large", large(3))).await;
-    assert!(matches!(late, Err(StorageError::Unsupported(_))), "{late:?}");
+    assert!(matches!(late, Err(StorageError::BlobsUnreachable(_))), "{late:?}");
     drop(fixture.open_with(None).await.unwrap());
     let unaware = fixture.plain().await;
     store.create_target(new_target("large", large(3))).await.unwrap();
@@ -322,11 +333,46 @@ async fn folder_of_another_database_is_refused() {
     drop(other.open_with(None).await.unwrap());
     // Its sweep removes nothing either.
     store.create_target(new_target("large", large(3))).await.unwrap();
-    blobs(&store).set_owner("another").await.unwrap();
+    blobs(&store).overwrite("owner", "another").await;
     tokio::time::sleep(Duration::from_millis(1100)).await;
     let refused = store.sweep_blobs(Duration::ZERO).await;
-    assert!(matches!(refused, Err(StorageError::Unsupported(_))), "{refused:?}");
+    assert!(matches!(refused, Err(StorageError::BlobsUnreachable(_))), "{refused:?}");
     assert_eq!(objects(&store).await.len(), 1);
+}
+
+#[tokio::test]
+async fn store_at_another_endpoint_gets_no_files() {
+    let Some(fixture) = Fixture::new().await else { return };
+    let store = fixture.open().await;
+    let new = new_target("large", large(3));
+    let of = new.target.id;
+    store.create_target(new).await.unwrap();
+    let lineage = lineage(&store).await;
+    let id = search(&store, of, lineage).await;
+    let claimed = claim(&store).await;
+    store.step_search(large_step(&claimed, 1, 1)).await.unwrap();
+    store.release_search(id, claimed.epoch, false, 30).await.unwrap();
+    // As at an endpoint with a bucket of the same name.
+    let there = objects(&store).await;
+    for name in there.iter().map(String::as_str).chain(["owner"]) {
+        blobs(&store).remove(name).await.unwrap();
+    }
+    let other = fixture.open().await;
+    let refused = other.create_target(new_target("other", large(4))).await;
+    let words = refused.unwrap_err().to_string();
+    assert!(words.contains("AWS_ENDPOINT"), "{words}");
+    let unread = other.target_file(hash("large")).await;
+    assert!(matches!(unread, Err(StorageError::BlobsUnreachable(_))), "{unread:?}");
+    // The search waits for a server with the right endpoint.
+    let failed = other.claim_search("worker", LEASE, 20).await;
+    assert!(matches!(failed, Err(StorageError::BlobsUnreachable(_))), "{failed:?}");
+    assert_eq!(other.search(id).await.unwrap().state, SearchState::Queued);
+
+    // Where the database owns the folder, the checkpoint is lost.
+    let owner = query("SELECT owner FROM blob_store");
+    let owner: String = owner.fetch_value(&mut store.reader().await.unwrap()).await.unwrap();
+    assert_eq!(blobs(&other).claim(&owner).await.unwrap(), Some(owner));
+    assert!(claim(&other).await.lost_checkpoint.is_some());
 }
 
 #[tokio::test]
@@ -358,7 +404,11 @@ async fn missing_and_changed_objects_are_found() {
     assert!(matches!(lost, Err(StorageError::BlobDamaged(_))), "{lost:?}");
     let damaged = store.check(|_| ()).await.unwrap();
     let problem = format!("a file of target_file is missing or damaged: {name}");
-    assert_eq!((damaged.files, damaged.problems), (1, vec![problem]));
+    assert_eq!((damaged.files, &damaged.problems), (1, &vec![problem]));
+    blobs(&store).overwrite(&name, "changed").await;
+    let changed = store.target_file(hash("large")).await;
+    assert!(matches!(changed, Err(StorageError::BlobDamaged(_))), "{changed:?}");
+    assert_eq!(store.check(|_| ()).await.unwrap().problems, damaged.problems);
     let unread = fixture.plain().await.check(|_| ()).await.unwrap();
     assert_eq!((unread.files, unread.unread_files, unread.problems.len()), (0, 1, 0));
 }

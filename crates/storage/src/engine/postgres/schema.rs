@@ -253,7 +253,7 @@ fn number(steps: &Migrator) -> i64 {
 }
 
 /// Name of the lock of servers of a schema.
-fn lock_of(schema: i64) -> String {
+pub(crate) fn lock_of(schema: i64) -> String {
     if schema <= LAST_OF_ONE_LOCK { "brood".to_owned() } else { format!("brood {schema}") }
 }
 
