@@ -35,7 +35,9 @@ pub async fn finish(State(app): State<App>, request: Request, next: Next) -> Res
     let (request, read_to_the_end) = watch(request);
     let mut response = next.run(request).instrument(span.clone()).await;
     let status = response.status();
+    let pending = response.extensions().get::<Pending>();
     if status == StatusCode::SERVICE_UNAVAILABLE
+        && !pending.is_some_and(|pending| pending.is_outage)
         && response.headers().contains_key(header::RETRY_AFTER)
     {
         let seconds = app.pictures.retry_after_s();

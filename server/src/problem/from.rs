@@ -23,10 +23,10 @@ impl From<StorageError> for ApiError {
                 Self::busy("too many requests are waiting").with_inner(error.to_string())
             }
             StorageError::Unreachable(_) => {
-                Self::busy("the database cannot be reached").with_inner(error.to_string())
+                Self::outage("the database cannot be reached", error.to_string())
             }
             StorageError::BlobsUnreachable(_) => {
-                Self::busy("the object store cannot be used").with_inner(error.to_string())
+                Self::outage("the object store cannot be used", error.to_string())
             }
             other => Self::internal(other.to_string()),
         }

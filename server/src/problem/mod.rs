@@ -24,6 +24,7 @@ struct Answer {
     problem: Problem,
     headers: Vec<(HeaderName, String)>,
     inner: Option<String>,
+    is_outage: bool,
 }
 
 /// Problem on its way to the outermost layer.
@@ -33,6 +34,9 @@ pub struct Pending {
     pub problem: Problem,
     /// Details for the log only.
     pub inner: Option<Arc<str>>,
+    /// True if the reason is the loss of another server, which ends by itself, so that the time of
+    /// the next attempt does not depend on waiting pictures.
+    pub is_outage: bool,
 }
 
 macro_rules! kinds {
@@ -119,7 +123,7 @@ impl ApiError {
         if status == StatusCode::UNAUTHORIZED {
             headers.push((header::WWW_AUTHENTICATE, "Bearer realm=\"brood\"".to_owned()));
         }
-        Self { answer: Box::new(Answer { problem, headers, inner: None }) }
+        Self { answer: Box::new(Answer { problem, headers, inner: None, is_outage: false }) }
     }
 
     /// 500: `inner` goes to the log only.
@@ -172,6 +176,13 @@ impl ApiError {
         self
     }
 
+    /// 503: the database or the object store cannot be used. `inner` goes to the log only.
+    pub fn outage(detail: impl Into<String>, inner: impl Into<String>) -> Self {
+        let mut error = Self::busy(detail).with_inner(inner);
+        error.answer.is_outage = true;
+        error
+    }
+
     /// Status of the answer.
     pub fn status(&self) -> u16 {
         self.answer.problem.status
@@ -185,7 +196,7 @@ impl ApiError {
 
 impl IntoResponse for ApiError {
     fn into_response(self) -> Response {
-        let Answer { problem, headers, inner } = *self.answer;
+        let Answer { problem, headers, inner, is_outage } = *self.answer;
         let status = StatusCode::from_u16(problem.status).expect("problems carry real statuses");
         let mut response = status.into_response();
         for (name, value) in headers {
@@ -194,7 +205,7 @@ impl IntoResponse for ApiError {
             }
         }
         let inner = inner.map(Arc::from);
-        response.extensions_mut().insert(Pending { problem, inner });
+        response.extensions_mut().insert(Pending { problem, inner, is_outage });
         response
     }
 }
@@ -233,6 +244,8 @@ fn shortened(text: &str, bytes: usize) -> String {
 
 #[cfg(test)]
 mod tests {
+    use brood_storage::StorageError;
+
     use super::*;
 
     #[test]
@@ -264,5 +277,9 @@ mod tests {
         let pending = response.extensions().get::<Pending>().unwrap();
         assert_eq!(pending.problem.r#type, "/problems/busy");
         assert_eq!(pending.problem.detail, "later");
+        assert!(!pending.is_outage);
+        let outage = ApiError::from(StorageError::Unreachable("gone".to_owned())).into_response();
+        assert_eq!(outage.headers()[header::RETRY_AFTER], "1");
+        assert!(outage.extensions().get::<Pending>().unwrap().is_outage);
     }
 }
