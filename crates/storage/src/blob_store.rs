@@ -287,8 +287,8 @@ fn root(error: &Error) -> &dyn std::error::Error {
     cause
 }
 
-/// True if the reason of a 404 is that the object is missing, and neither the bucket nor the path of
-/// the store.
+/// True if the reason of a 404 is that the object is missing, and neither the bucket nor the path
+/// of the store.
 fn is_missing(source: &(dyn std::error::Error + Send + Sync)) -> bool {
     source.to_string().contains("NoSuchKey")
 }
