@@ -28,9 +28,9 @@ pub struct CheckedStore {
 }
 
 impl Store {
-    /// Checks the whole database: every genome and every file in the object store against its hash;
-    /// of SQLite also structure and references. Reads only, in a snapshot, also while a server
-    /// writes. Calls `read` with the number of genomes so far.
+    /// Compares every genome and every file in the object store with its hash, and checks structure
+    /// and references of SQLite. Reads a snapshot of the rows, so a server may write meanwhile.
+    /// Calls `read` with the number of genomes so far.
     ///
     /// # Errors
     /// Returns a [`StorageError`] if the file cannot be read, or the object store does not answer.

@@ -16,8 +16,8 @@ const NAMES: usize = 4096;
 /// Time since its last message for which a worker counts as present.
 const PRESENT: Duration = Duration::from_secs(60);
 
-/// Time after a finished job of a client, in which a lost lease does not count as its failure: one
-/// of its workers has died, but others finish jobs.
+/// Time after a finished job of a client in which a lost lease does not count as its failure. One
+/// of its workers has died then, and others work.
 const DOES_JOBS: Duration = Duration::from_secs(10);
 /// Time without jobs after the first failure of a client's worker; doubled with each further one.
 const FIRST_WAIT: Duration = Duration::from_secs(1);

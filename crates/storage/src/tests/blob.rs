@@ -5,7 +5,7 @@
 use std::net::SocketAddr;
 use std::sync::Mutex;
 
-use brood_protocol::{LightAssetKind, MeshId, SearchState};
+use brood_protocol::{LightAssetKind, MeshId, SearchState, TargetId};
 use futures::TryStreamExt as _;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::watch;
@@ -153,6 +153,19 @@ fn large_step(claimed: &ClaimedSearch, generation: u32, byte: u8) -> SearchStep 
     SearchStep { checkpoint, ..step(claimed, generation..=generation) }
 }
 
+/// Queues a search on a large target, with a large checkpoint. Returns target, lineage and search.
+async fn waiting_search(store: &Store) -> (TargetId, LineageId, JobId) {
+    let new = new_target("large", large(3));
+    let of = new.target.id;
+    store.create_target(new).await.unwrap();
+    let lineage = lineage(store).await;
+    let id = search(store, of, lineage).await;
+    let claimed = claim(store).await;
+    store.step_search(large_step(&claimed, 1, 1)).await.unwrap();
+    store.release_search(id, claimed.epoch, false, 30).await.unwrap();
+    (of, lineage, id)
+}
+
 #[tokio::test]
 async fn large_files_are_objects_and_others_rows() {
     let Some(fixture) = Fixture::new().await else { return };
@@ -239,14 +252,7 @@ async fn checkpoint_replaces_the_one_before_whose_object_is_kept_for_a_while() {
 async fn unreachable_store_refuses_files_and_lets_searches_wait() {
     let Some(fixture) = Fixture::new().await else { return };
     let store = fixture.open().await;
-    let new = new_target("large", large(3));
-    let of = new.target.id;
-    store.create_target(new).await.unwrap();
-    let lineage = lineage(&store).await;
-    let with_object = search(&store, of, lineage).await;
-    let claimed = claim(&store).await;
-    store.step_search(large_step(&claimed, 1, 1)).await.unwrap();
-    store.release_search(with_object, claimed.epoch, false, 30).await.unwrap();
+    let (of, lineage, with_object) = waiting_search(&store).await;
     let without = search(&store, of, lineage).await;
 
     fixture.link.cut(true);
@@ -344,14 +350,7 @@ async fn folder_of_another_database_is_refused() {
 async fn store_at_another_endpoint_gets_no_files() {
     let Some(fixture) = Fixture::new().await else { return };
     let store = fixture.open().await;
-    let new = new_target("large", large(3));
-    let of = new.target.id;
-    store.create_target(new).await.unwrap();
-    let lineage = lineage(&store).await;
-    let id = search(&store, of, lineage).await;
-    let claimed = claim(&store).await;
-    store.step_search(large_step(&claimed, 1, 1)).await.unwrap();
-    store.release_search(id, claimed.epoch, false, 30).await.unwrap();
+    let (_, _, id) = waiting_search(&store).await;
     // As at an endpoint with a bucket of the same name.
     let there = objects(&store).await;
     for name in there.iter().map(String::as_str).chain(["owner"]) {
