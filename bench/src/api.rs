@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_protocol::Generation;
+use brood_protocol::{Generation, http_client};
 use futures::future::try_join_all;
 use reqwest::header::{CONTENT_TYPE, HeaderMap};
 use reqwest::{Client, RequestBuilder, StatusCode};
@@ -20,12 +20,8 @@ pub struct Api {
 impl Api {
     /// Sends no request yet.
     pub fn new(url: &str, token: Option<String>) -> Result<Self> {
-        let http = Client::builder()
-            .timeout(Duration::from_secs(60))
-            .tcp_nodelay(true)
-            .no_proxy()
-            .build()
-            .context("set up HTTP")?;
+        let http =
+            http_client()?.timeout(Duration::from_secs(60)).build().context("set up HTTP")?;
         Ok(Self { http, url: url.to_owned(), token })
     }
 

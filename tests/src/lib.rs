@@ -7,6 +7,7 @@
 mod answer;
 mod binary;
 mod database;
+mod http;
 mod lineage;
 mod raw;
 mod server;
@@ -15,6 +16,7 @@ mod target;
 pub use answer::Answer;
 pub use binary::{Finished, binary, brood, target_directory};
 pub use database::of as database_of;
+pub use http::http_client;
 pub use lineage::{TestLineage, hashes, ids, seed_of, text_of};
 pub use raw::raw_request;
 pub use server::{ServerOptions, TestServer};

@@ -14,7 +14,7 @@ use reqwest::Method;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use crate::{Answer, binary, database};
+use crate::{Answer, binary, database, http_client};
 
 /// Longest time to start, on a busy machine with two cores.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
@@ -78,11 +78,11 @@ impl TestServer {
     pub fn start_on(options: ServerOptions, data: TempDir) -> Self {
         let log = Arc::new(Mutex::new(String::new()));
         let (child, address) = spawn(&options, data.path(), &log);
-        let client = reqwest::Client::builder()
+        let client = http_client()
             .timeout(REQUEST_TIMEOUT)
             .redirect(reqwest::redirect::Policy::none())
             .build()
-            .expect("a client without TLS can always be made");
+            .expect("a client can be made");
         Self { options, data, child, address, log, client }
     }
 

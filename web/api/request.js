@@ -44,7 +44,17 @@ export async function whenReachable() {
 const PROBE_MS = 2000;
 
 /** Number of attempts of one request. */
-const TRIES = 5;
+const TRIES = 9;
+
+/** Longest wait for another attempt that a server can ask for, in seconds. */
+const MOST_SECONDS = 5;
+
+/**
+ * Wait for another attempt in milliseconds. It grows to a second at most: a person who breeds
+ * should not wait for long after a server or its database has come back.
+ * @param {number} tried number of attempts so far
+ */
+const backoff = (tried) => Math.min(250 * 2 ** tried, 1000);
 
 /** An answer that is not a success, or no answer at all (status 0). */
 export class ProblemError extends Error {
@@ -143,7 +153,7 @@ async function sendRequest(method, path, options) {
     } catch (error) {
       if (wasStopped(error)) throw error;
       if (tried < TRIES) {
-        await pause(250 * 2 ** tried, options.signal);
+        await pause(backoff(tried), options.signal);
         continue;
       }
       throw unreachable();
@@ -155,7 +165,7 @@ async function sendRequest(method, path, options) {
       (response.status === 409 && method === "POST" && !options.settled);
     if (mayRetry && tried < TRIES) {
       const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
-      const ms = Number.isFinite(seconds) ? Math.min(seconds, 5) * 1000 : 250 * 2 ** tried;
+      const ms = Number.isFinite(seconds) ? Math.min(seconds, MOST_SECONDS) * 1000 : backoff(tried);
       await pause(ms, options.signal);
       continue;
     }

@@ -13,8 +13,10 @@ import { sceneStore } from "../scene/store.js";
 import { twinsInWords } from "./locks.js";
 import { centreOf, lineageStore } from "./store.js";
 
-/** Number of retries after which a picture counts as failed. */
-const RETRIES = 6;
+/** Number of retries, in about 20 s, after which a picture counts as failed. */
+const RETRIES = 12;
+/** Longest delay between these retries: it passes after an outage has ended. */
+const LONGEST_MS = 2000;
 /** Delay between the retries of a failed picture. */
 const SLOW_MS = 30_000;
 
@@ -73,7 +75,7 @@ export function pictureFailed(url) {
   if (tried % 2 === 1) void endIfRefused(url);
   const failed = tried >= RETRIES;
   if (failed) lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
-  const delay = failed ? SLOW_MS : 500 * 2 ** Math.min(tried, 4);
+  const delay = failed ? SLOW_MS : Math.min(500 * 2 ** tried, LONGEST_MS);
   timers.set(
     url,
     setTimeout(() => retryPicture(url), delay),

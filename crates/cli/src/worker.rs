@@ -23,8 +23,8 @@ const LOWEST_PRIORITY: i32 = 19;
 /// Options of `brood worker`.
 #[derive(Args)]
 pub struct WorkerArgs {
-    /// URL of the server
-    #[arg(long, value_name = "URL")]
+    /// URL of the server: http, or https behind a proxy with TLS
+    #[arg(long, value_name = "URL", env = "BROOD_SERVER")]
     server: String,
     /// Token of scope work
     #[arg(long, value_name = "TOKEN", env = TOKEN_VARIABLE, hide_env_values = true)]
@@ -34,7 +34,7 @@ pub struct WorkerArgs {
     #[arg(long, value_name = "FILE", env = "BROOD_TOKEN_FILE", conflicts_with = "token")]
     token_file: Option<PathBuf>,
     /// Evaluator: auto, cpu, gpu or reference
-    #[arg(long, value_name = "BACKEND", default_value = "auto")]
+    #[arg(long, value_name = "BACKEND", env = "BROOD_BACKEND", default_value = "auto")]
     backend: Backend,
     /// Name of the worker; by default the host name and a random number
     #[arg(long, value_name = "NAME")]

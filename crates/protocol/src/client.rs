@@ -8,6 +8,7 @@ use brood_mesh::Mesh;
 use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
+use crate::http::{TlsError, http_client};
 use crate::lease::{
     CONTENT_TYPE, LeaseRenewal, LeaseResults, LeaseTicket, WORKER_HEADER, WireError, decode,
     decode_stored, encode, worker_version,
@@ -32,8 +33,14 @@ pub struct WorkerClient {
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// The server could not be reached, or the connection broke.
-    #[error("no answer from the server: {0}")]
+    #[error("no answer from the server: {}", causes(.0))]
     Transport(#[from] reqwest::Error),
+    /// The URL of the server is malformed.
+    #[error("the URL of a server begins with http:// or https:// and has a name, got {0:?}")]
+    Url(String),
+    /// TLS cannot be set up.
+    #[error(transparent)]
+    Tls(#[from] TlsError),
     /// The lease has expired or was granted to another worker.
     #[error("the lease has expired or was granted to another worker")]
     Stale,
@@ -72,10 +79,15 @@ impl WorkerClient {
     /// Creates a client for the server at this URL.
     ///
     /// # Errors
-    /// Returns [`ClientError::Transport`] if the TLS backend cannot be initialised.
+    /// Returns [`ClientError::Url`] if the URL is malformed, [`ClientError::Tls`] if TLS cannot be
+    /// set up.
     pub fn new(server: &str, token: &str) -> Result<Self, ClientError> {
+        let url = reqwest::Url::parse(server).ok();
+        if !url.is_some_and(|url| ["http", "https"].contains(&url.scheme()) && url.has_host()) {
+            return Err(ClientError::Url(server.to_owned()));
+        }
         let server = server.trim_end_matches('/').to_owned();
-        Ok(Self { http: http().build()?, server, token: token.to_owned() })
+        Ok(Self { http: http()?.build()?, server, token: token.to_owned() })
     }
 
     /// Returns the addresses of the servers behind the name in the URL, of both versions of IP,
@@ -91,11 +103,11 @@ impl WorkerClient {
     /// Returns a client of the server at one of [`addresses`](Self::addresses).
     ///
     /// # Errors
-    /// Returns [`ClientError::Transport`] if the TLS backend cannot be initialised.
+    /// Returns [`ClientError::Tls`] if TLS cannot be set up.
     pub fn at(&self, address: IpAddr) -> Result<Self, ClientError> {
         let name = self.name().map_or_else(String::new, |(name, _)| name);
         // The port is that of the URL.
-        let http = http().resolve(&name, SocketAddr::new(address, 0)).build()?;
+        let http = http()?.resolve(&name, SocketAddr::new(address, 0)).build()?;
         Ok(Self { http, ..self.clone() })
     }
 
@@ -252,12 +264,15 @@ impl WorkerClient {
     }
 }
 
-fn http() -> reqwest::ClientBuilder {
-    reqwest::Client::builder()
-        .connect_timeout(Duration::from_secs(5))
-        .timeout(Duration::from_secs(60))
-        .tcp_nodelay(true)
-        .no_proxy()
+fn http() -> Result<reqwest::ClientBuilder, TlsError> {
+    let client = http_client()?;
+    Ok(client.connect_timeout(Duration::from_secs(5)).timeout(Duration::from_secs(60)))
+}
+
+/// Returns an error with its causes: the error alone is the URL that was requested.
+pub(crate) fn causes(error: &dyn std::error::Error) -> String {
+    let causes = std::iter::successors(Some(error), |error| error.source());
+    causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
 async fn read<T: DeserializeOwned>(response: reqwest::Response) -> Result<T, ClientError> {
@@ -294,9 +309,27 @@ mod tests {
     #[tokio::test]
     async fn only_names_are_resolved() {
         let addresses = async |url: &str| WorkerClient::new(url, "").unwrap().addresses().await;
-        for url in ["http://127.0.0.1:7320", "http://[::1]:7320", "http://localhost", "nonsense"] {
+        for url in ["http://127.0.0.1:7320", "http://[::1]:7320", "http://localhost"] {
             assert!(addresses(url).await.is_empty(), "{url}");
         }
         assert!(addresses("http://nothing.invalid:7320").await.is_empty());
+    }
+
+    #[test]
+    fn url_of_a_server_is_checked() {
+        for url in ["brood.test:7320", "brood.test", "ftp://brood.test", "http://", ""] {
+            let error = WorkerClient::new(url, "").unwrap_err().to_string();
+            assert!(error.ends_with(&format!("and has a name, got {url:?}")), "{error}");
+        }
+        assert!(WorkerClient::new("https://brood.test/", "").is_ok());
+    }
+
+    #[tokio::test]
+    async fn error_names_the_cause() {
+        let client = WorkerClient::new("http://127.0.0.1:9", "").unwrap();
+        let request = ExportRequest { worker: "test".to_owned(), wait_ms: 0 };
+        let error = client.claim(&request).await.unwrap_err().to_string();
+        assert!(error.starts_with("no answer from the server: "), "{error}");
+        assert!(error.contains("Connection refused"), "{error}");
     }
 }

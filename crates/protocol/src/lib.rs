@@ -23,6 +23,7 @@ mod claim;
 mod client;
 mod export;
 mod export_lease;
+mod http;
 mod id;
 mod individual;
 mod job;
@@ -57,6 +58,7 @@ pub use export::{CreateExport, ExportAnswer};
 pub use export_lease::{
     ExportFile, ExportGrant, ExportReport, ExportRequest, ExportTicket, ExportUpdate,
 };
+pub use http::{TlsError, http_client, tls_config};
 pub use id::{
     GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId, TargetId,
 };

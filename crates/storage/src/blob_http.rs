@@ -1,10 +1,10 @@
-//! HTTP of the object store, with the TLS that connections to PostgreSQL use: rustls, ring, and
-//! the public authorities of webpki-roots.
+//! HTTP of the object store.
 
-use std::sync::Arc;
+use std::path::Path;
 use std::time::Duration;
 
 use async_trait::async_trait;
+use brood_protocol::tls_config;
 use http_body_util::BodyExt as _;
 use hyper_rustls::{HttpsConnector, HttpsConnectorBuilder};
 use hyper_util::client::legacy;
@@ -15,9 +15,6 @@ use object_store::client::{
     HttpResponse, HttpResponseBody, HttpService,
 };
 use object_store::{ClientConfigKey, ClientOptions};
-use rustls::pki_types::CertificateDer;
-use rustls::pki_types::pem::PemObject as _;
-use rustls::{ClientConfig, RootCertStore};
 
 use crate::StorageError;
 use crate::error::Result;
@@ -37,12 +34,8 @@ impl BlobClient {
     /// # Errors
     /// Returns [`StorageError::Unsupported`] if the file cannot be read.
     pub fn new(authorities: Option<&str>) -> Result<Self> {
-        let provider = Arc::new(rustls::crypto::ring::default_provider());
-        let tls = ClientConfig::builder_with_provider(provider)
-            .with_safe_default_protocol_versions()
-            .map_err(|error| StorageError::Unsupported(error.to_string()))?
-            .with_root_certificates(roots(authorities)?)
-            .with_no_client_auth();
+        let tls = tls_config(authorities.map(Path::new))
+            .map_err(|error| StorageError::Unsupported(format!("AWS_CA_BUNDLE: {error}")))?;
         let mut tcp = TcpConnector::new();
         tcp.enforce_http(false);
         tcp.set_nodelay(true);
@@ -58,26 +51,6 @@ impl BlobClient {
             .build(https);
         Ok(Self(client))
     }
-}
-
-fn roots(authorities: Option<&str>) -> Result<RootCertStore> {
-    let mut roots = RootCertStore::empty();
-    let Some(file) = authorities else {
-        roots.extend(webpki_roots::TLS_SERVER_ROOTS.iter().cloned());
-        return Ok(roots);
-    };
-    let invalid = |error: String| {
-        StorageError::Unsupported(format!("cannot read the certificates of AWS_CA_BUNDLE: {error}"))
-    };
-    let read = CertificateDer::pem_file_iter(file).map_err(|error| invalid(error.to_string()))?;
-    for certificate in read {
-        let certificate = certificate.map_err(|error| invalid(error.to_string()))?;
-        roots.add(certificate).map_err(|error| invalid(error.to_string()))?;
-    }
-    if roots.is_empty() {
-        return Err(invalid("the file has none".to_owned()));
-    }
-    Ok(roots)
 }
 
 impl HttpConnector for BlobClient {

@@ -7,6 +7,7 @@ use std::fmt::Write;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
+use brood_tests::http_client;
 use reqwest::{Client, Method};
 use serde_json::Value;
 use tokio::sync::watch;
@@ -21,7 +22,9 @@ const CONNECT: Duration = Duration::from_secs(1);
 /// Number of times that the balancer sends a broken request again.
 const RETRIES: u32 = 3;
 /// Number of attempts of the page. After them a person has to click.
-const ATTEMPTS: u32 = 5;
+const ATTEMPTS: u32 = 9;
+/// Longest wait of the page that no server asked for.
+const LONGEST_BACKOFF: Duration = Duration::from_secs(1);
 /// Longest wait of the page that a server can ask for.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
 /// Time from which the attempts of a request are printed.
@@ -85,7 +88,7 @@ pub struct Balancer {
 impl Balancer {
     /// Starts to check the servers at these addresses.
     pub fn start(addresses: &[String], token: Option<String>) -> Arc<Self> {
-        let client = Client::builder().connect_timeout(CONNECT).build().unwrap();
+        let client = http_client().connect_timeout(CONNECT).build().unwrap();
         let servers = addresses.iter().map(|address| (address.clone(), watch::Sender::new(false)));
         let (servers, faults) = (servers.collect(), Mutex::default());
         let balancer = Arc::new(Self { client, token, servers, faults });
@@ -143,7 +146,7 @@ impl Balancer {
                 }
                 last = Some((status, String::from_utf8_lossy(&body).into_owned()));
                 if attempt < ATTEMPTS {
-                    let own = Duration::from_millis(250 << attempt);
+                    let own = Duration::from_millis(250 << attempt).min(LONGEST_BACKOFF);
                     tokio::time::sleep(pause.map_or(own, |pause| pause.min(LONGEST_PAUSE))).await;
                 }
             }
