@@ -10,7 +10,6 @@ use rustls::{ClientConfig, RootCertStore};
 ///
 /// # Panics
 /// Never: the settings are rustls's own.
-#[must_use]
 pub fn http_client() -> ClientBuilder {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let tls = ClientConfig::builder_with_provider(provider)
