@@ -44,7 +44,13 @@ export async function whenReachable() {
 const PROBE_MS = 2000;
 
 /** Number of attempts of one request. */
-const TRIES = 9;
+const TRIES = 5;
+
+/** Number of attempts if the last of them is early: a server that is away refuses fast. */
+const EARLY_TRIES = 9;
+
+/** Time after the first attempt in which another one is early, in milliseconds. */
+const EARLY_MS = 10_000;
 
 /** Longest wait for another attempt that a server can ask for, in seconds. */
 const MOST_SECONDS = 5;
@@ -55,6 +61,9 @@ const MOST_SECONDS = 5;
  * @param {number} tried number of attempts so far
  */
 const backoff = (tried) => Math.min(250 * 2 ** tried, 1000);
+
+/** Type of the problem that an earlier attempt of the same POST still runs. */
+const STILL_RUNNING = "/problems/still-running";
 
 /** An answer that is not a success, or no answer at all (status 0). */
 export class ProblemError extends Error {
@@ -114,15 +123,15 @@ async function readProblem(response) {
 
 /**
  * @typedef {{json?: unknown, body?: Blob|FormData, type?: string, accept?: string, version?:
- *   number, asks?: boolean, settled?: boolean, send?: (path: string, init: RequestInit) =>
- *   Promise<Response>, signal?: AbortSignal}} Options `version`: sent as If-Match; `asks`: false if
- *   a 401 must not ask for a token; `settled`: true if a 409 is final and not a reason to retry;
- *   `send`: replaces fetch.
+ *   number, asks?: boolean, send?: (path: string, init: RequestInit) => Promise<Response>, signal?:
+ *   AbortSignal}} Options `version`: sent as If-Match; `asks`: false if a 401 must not ask for a
+ *   token; `send`: replaces fetch.
  */
 
 /**
  * Sends one request, and repeats it after failures that may pass. A repeated POST is executed once,
- * because all its attempts carry one Idempotency-Key.
+ * because all its attempts carry one Idempotency-Key. A repeated DELETE that finds nothing
+ * succeeds, because an attempt before may have removed it.
  * @param {string} method
  * @param {string} path
  * @param {Options} options
@@ -138,7 +147,12 @@ async function sendRequest(method, path, options) {
   const send = options.send ?? fetch;
   const body =
     options.body ?? (options.json === undefined ? undefined : JSON.stringify(options.json));
+  const start = performance.now();
+  // True if an attempt that failed may have been executed.
+  let isUncertain = false;
   for (let tried = 1; ; tried += 1) {
+    const isLast = () =>
+      tried >= (performance.now() - start < EARLY_MS ? EARLY_TRIES : TRIES);
     let response;
     try {
       // `keepalive`: a change that is being saved as the page is left still reaches the server.
@@ -152,24 +166,22 @@ async function sendRequest(method, path, options) {
       });
     } catch (error) {
       if (wasStopped(error)) throw error;
-      if (tried < TRIES) {
-        await pause(backoff(tried), options.signal);
-        continue;
-      }
-      throw unreachable();
-    }
-    if (response.ok) return response;
-    if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
-    const mayRetry =
-      [429, 502, 503, 504].includes(response.status) ||
-      (response.status === 409 && method === "POST" && !options.settled);
-    if (mayRetry && tried < TRIES) {
-      const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
-      const ms = Number.isFinite(seconds) ? Math.min(seconds, MOST_SECONDS) * 1000 : backoff(tried);
-      await pause(ms, options.signal);
+      if (isLast()) throw unreachable();
+      isUncertain = true;
+      await pause(backoff(tried), options.signal);
       continue;
     }
-    throw new ProblemError(await readProblem(response));
+    if (response.ok) return response;
+    if (response.status === 404 && method === "DELETE" && isUncertain)
+      return new Response(null, { status: 204 });
+    if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
+        const problem = await readProblem(response);
+    const mayPass = [429, 502, 503, 504].includes(response.status) || problem.type === STILL_RUNNING;
+    if (!mayPass || isLast()) throw new ProblemError(problem);
+    isUncertain ||= isOutage(problem);
+    const seconds = Number(response.headers.get("Retry-After") ?? Number.NaN);
+    const ms = Number.isFinite(seconds) ? Math.min(seconds, MOST_SECONDS) * 1000 : backoff(tried);
+    await pause(ms, options.signal);
   }
 }
 

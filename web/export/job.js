@@ -103,7 +103,6 @@ export async function startExport(members, content, place) {
       /** @type {ExportAnswer} */
       const job = await request("POST", "/v1/exports", {
         json: jobRequest(members, content),
-        settled: true,
       });
       remember(members, job.id);
       store(job);
@@ -117,7 +116,7 @@ export async function startExport(members, content, place) {
 /** @param {ExportAnswer} job @param {Place} place */
 export const cancelExport = (job, place) =>
   guarded(place, async () => {
-    store(await request("POST", `/v1/jobs/${job.id}/cancel`, { settled: true }));
+    store(await request("POST", `/v1/jobs/${job.id}/cancel`));
   });
 
 /** Removes an ended job from the menu. @param {Members} members */

@@ -13,15 +13,21 @@ import { sceneStore } from "../scene/store.js";
 import { twinsInWords } from "./locks.js";
 import { centreOf, lineageStore } from "./store.js";
 
-/** Number of retries, in about 20 s, after which a picture counts as failed. */
-const RETRIES = 12;
-/** Longest delay between these retries: it passes after an outage has ended. */
+/** Number of retries, and time since the first failure, after which a picture counts as failed. */
+const RETRIES = 6;
+const PATIENCE_MS = 20_000;
+/** Longest delay between these retries. A person waits for the rest of it after an outage. */
 const LONGEST_MS = 2000;
 /** Delay between the retries of a failed picture. */
 const SLOW_MS = 30_000;
 
 /** Timers of the next retry, by address. @type {Map<string, ReturnType<typeof setTimeout>>} */
 const timers = new Map();
+/**
+ * Times of the first failures of pictures that have not loaded since, by address.
+ * @type {Map<string, number>}
+ */
+const firstFailures = new Map();
 /** Time of the click whose pictures are awaited. @type {number|null} */
 let clock = null;
 
@@ -56,6 +62,7 @@ export function clearReady() {
 export function pictureLoaded(url) {
   // Another image of the same address has failed.
   if (timers.has(url)) return retryPicture(url);
+  firstFailures.delete(url);
   if (!lineageStore.loadedPictures.value.has(url))
     lineageStore.loadedPictures.value = new Set(lineageStore.loadedPictures.value).add(url);
   if (lineageStore.failedPictures.value.has(url))
@@ -73,7 +80,9 @@ export function pictureFailed(url) {
   if (timers.has(url)) return false;
   const tried = lineageStore.pictureRetries.value.get(url) ?? 0;
   if (tried % 2 === 1) void endIfRefused(url);
-  const failed = tried >= RETRIES;
+  const first = firstFailures.get(url) ?? performance.now();
+  firstFailures.set(url, first);
+  const failed = tried >= RETRIES && performance.now() - first >= PATIENCE_MS;
   if (failed) lineageStore.failedPictures.value = new Set(lineageStore.failedPictures.value).add(url);
   const delay = failed ? SLOW_MS : Math.min(500 * 2 ** tried, LONGEST_MS);
   timers.set(
@@ -146,6 +155,7 @@ export function forgetPictures(next) {
   refusedPictures.value = new Map([...refusedPictures.value].filter(([url]) => kept.has(url)));
   pictureRetries.value = new Map([...pictureRetries.value].filter(([url]) => kept.has(url)));
   for (const url of timers.keys()) if (!kept.has(url)) forgetTimer(url);
+  for (const url of firstFailures.keys()) if (!kept.has(url)) firstFailures.delete(url);
 }
 
 /** @param {string} url */

@@ -30,7 +30,7 @@ export const getTarget = (id) => request("GET", `/v1/targets/${id}`);
 export const deleteTarget = (id) => request("DELETE", `/v1/targets/${id}`);
 
 /** @param {unknown} json @returns {Promise<Job>} */
-export const createJob = (json) => request("POST", "/v1/jobs", { json, settled: true });
+export const createJob = (json) => request("POST", "/v1/jobs", { json });
 
 /**
  * A page of searches, newest first.
@@ -52,7 +52,7 @@ export const listJobsOf = async (lineage) =>
 export const getJob = (id) => request("GET", `/v1/jobs/${id}`);
 
 /** @param {string} id @param {"pause"|"resume"|"cancel"} how @returns {Promise<Job>} */
-export const changeJob = (id, how) => request("POST", `/v1/jobs/${id}/${how}`, { settled: true });
+export const changeJob = (id, how) => request("POST", `/v1/jobs/${id}/${how}`);
 
 /** @param {string} id @returns {Promise<{items: Found[], spread?: Spread|null}>} */
 export const getFront = (id) => request("GET", `/v1/jobs/${id}/front`);

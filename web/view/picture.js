@@ -8,7 +8,7 @@ import { html } from "./html.js";
  * A picture of the server, requested again until it has loaded.
  * @param {{url: string, alt?: string, side?: number, lazy?: boolean, name?: string, onFailed?:
  *   (often: boolean) => void}} props `side`: in CSS pixels; `name`: class; `onFailed`: called at
- *   each failure, with true from the seventh on
+ *   each failure, with true once the picture counts as failed
  */
 export function ServerPicture({ url, alt = "", side, lazy = false, name, onFailed }) {
   const tried = lineageStore.pictureRetries.value.get(url) ?? 0;

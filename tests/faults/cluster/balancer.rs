@@ -21,9 +21,12 @@ const FALL: u32 = 2;
 const CONNECT: Duration = Duration::from_secs(1);
 /// Number of times that the balancer sends a broken request again.
 const RETRIES: u32 = 3;
-/// Number of attempts of the page. After them a person has to click.
-const ATTEMPTS: u32 = 9;
-/// Longest wait of the page that no server asked for.
+/// Number of attempts of the page, and number of those if the last is early. After them a person
+/// has to click.
+const ATTEMPTS: u32 = 5;
+const EARLY_ATTEMPTS: u32 = 9;
+const EARLY: Duration = Duration::from_secs(10);
+/// Longest wait of the page without `Retry-After`.
 const LONGEST_BACKOFF: Duration = Duration::from_secs(1);
 /// Longest wait of the page that a server can ask for.
 const LONGEST_PAUSE: Duration = Duration::from_secs(5);
@@ -128,7 +131,8 @@ impl Balancer {
         let (start, mut clicks, mut trail) = (Instant::now(), 0, String::new());
         loop {
             let mut last = None;
-            for attempt in 1..=ATTEMPTS {
+            let begin = Instant::now();
+            for attempt in 1.. {
                 let first = first + attempt as usize - 1;
                 let (status, pause, body) = self.attempt(first, call, start, &mut trail).await;
                 match status {
@@ -145,10 +149,12 @@ impl Balancer {
                     _ => panic!("{call:?}: {status} {}", String::from_utf8_lossy(&body)),
                 }
                 last = Some((status, String::from_utf8_lossy(&body).into_owned()));
-                if attempt < ATTEMPTS {
-                    let own = Duration::from_millis(250 << attempt).min(LONGEST_BACKOFF);
-                    tokio::time::sleep(pause.map_or(own, |pause| pause.min(LONGEST_PAUSE))).await;
+                let most = if begin.elapsed() < EARLY { EARLY_ATTEMPTS } else { ATTEMPTS };
+                if attempt >= most {
+                    break;
                 }
+                let own = Duration::from_millis(250 << attempt).min(LONGEST_BACKOFF);
+                tokio::time::sleep(pause.map_or(own, |pause| pause.min(LONGEST_PAUSE))).await;
             }
             clicks += 1;
             assert!(start.elapsed() < LIMIT, "no success of {call:?} in {LIMIT:?}: {last:?}");
