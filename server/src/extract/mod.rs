@@ -11,6 +11,9 @@ mod path;
 mod query;
 mod strict;
 
+/// The character U+0000 in an address.
+const NUL: &str = "%00";
+
 pub use body::{ContentType, read_body, read_message, read_upload};
 pub use if_match::{IfMatch, etag};
 pub use json::{Json, parse_json, parse_value};

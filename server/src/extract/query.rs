@@ -6,10 +6,12 @@ use http::request::Parts;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 
+use super::NUL;
 use crate::limit;
 use crate::problem::{ApiError, quote, serde_words};
 
-/// Parsed query; unknown names, duplicates and bad values are refused.
+/// Parsed query; unknown names, duplicates, bad values and U+0000, which PostgreSQL does not store,
+/// are refused.
 #[derive(Debug, Clone)]
 pub struct Query<T>(pub T);
 
@@ -17,6 +19,10 @@ impl<T: DeserializeOwned, S: Send + Sync> FromRequestParts<S> for Query<T> {
     type Rejection = ApiError;
 
     async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<Self, ApiError> {
+        if parts.uri.query().is_some_and(|query| query.contains(NUL)) {
+            let words = "a query parameter must not contain the character U+0000";
+            return Err(ApiError::bad_request(words));
+        }
         let query = axum::extract::Query::<T>::try_from_uri(&parts.uri);
         query.map(|query| Self(query.0)).map_err(|error| {
             let words = error.body_text();
@@ -119,6 +125,7 @@ mod tests {
         assert_eq!(read("colour=red").await, Err(400));
         assert_eq!(read("limit=x").await, Err(400));
         assert_eq!(read("limit=1&limit=2").await, Err(400));
+        assert_eq!(read("cursor=a%00b").await, Err(400));
         assert!(read("limit=0").await.unwrap().limit().is_err());
         assert!(read("limit=201").await.unwrap().limit().is_err());
     }
