@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
-use brood_protocol::{Generation, http_client};
+use brood_protocol::{Generation, ServerUrl};
 use futures::future::try_join_all;
 use reqwest::header::{CONTENT_TYPE, HeaderMap};
 use reqwest::{Client, RequestBuilder, StatusCode};
@@ -20,9 +20,9 @@ pub struct Api {
 impl Api {
     /// Sends no request yet.
     pub fn new(url: &str, token: Option<String>) -> Result<Self> {
-        let http =
-            http_client()?.timeout(Duration::from_secs(60)).build().context("set up HTTP")?;
-        Ok(Self { http, url: url.to_owned(), token })
+        let url = ServerUrl::parse(url)?;
+        let http = url.client().timeout(Duration::from_secs(60)).build().context("set up HTTP")?;
+        Ok(Self { http, url: url.as_str().to_owned(), token })
     }
 
     /// Sends a POST of JSON; returns the parsed answer and the response headers.

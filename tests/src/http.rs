@@ -5,11 +5,9 @@ use std::sync::Arc;
 use reqwest::ClientBuilder;
 use rustls::{ClientConfig, RootCertStore};
 
-/// Returns a client to be completed, for HTTP alone: it trusts no certificate. The program that is
-/// tested needs reqwest with TLS, and reqwest reads the certificates of the system by default.
-///
-/// # Panics
-/// Never: the settings are rustls's own.
+/// Returns the builder of a client for HTTP alone: it trusts no certificate. reqwest is built with
+/// TLS, as the program that is tested needs it, and would read the certificates of the system.
+#[expect(clippy::missing_panics_doc, reason = "ring has what the default versions need")]
 pub fn http_client() -> ClientBuilder {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let tls = ClientConfig::builder_with_provider(provider)

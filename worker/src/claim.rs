@@ -285,8 +285,7 @@ impl<K: JobKind> Poll<K> {
             } else {
                 tracing::debug!(kind, %error, "no job leased");
             }
-            let is_transport = matches!(error, ClientError::Transport(_));
-            let is_unreachable = is_transport && backoff.failures() >= WARN_AFTER_FAILURES;
+            let is_unreachable = error.is_unanswered() && backoff.failures() >= WARN_AFTER_FAILURES;
             self.state.is_unreachable.store(is_unreachable, Ordering::Relaxed);
             self.pause(wait).await;
         }

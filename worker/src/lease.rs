@@ -122,20 +122,18 @@ where
             Ok(Ok(())) => answered = Instant::now(),
             Ok(Err(ClientError::Stale)) => return,
             Ok(Err(ClientError::Status { status, .. })) if status.as_u16() == 404 => return,
-            Ok(Err(ClientError::Transport(_))) | Err(_) if is_last => {
+            Ok(Err(error)) if !error.is_unanswered() => {
+                answered = Instant::now();
+                tracing::debug!(%error, "heartbeat refused");
+            }
+            Ok(Err(_)) | Err(_) if is_last => {
                 tracing::info!(?ttl, "the server has not answered for the duration of a lease");
                 return;
             }
             // Not fatal: if the server was only slow, the next heartbeat arrives in time; if it
             // restarted, that heartbeat returns `Stale`.
-            Ok(Err(error @ ClientError::Transport(_))) => {
-                tracing::debug!(%error, "heartbeat failed");
-            }
+            Ok(Err(error)) => tracing::debug!(%error, "heartbeat failed"),
             Err(_) => tracing::debug!("heartbeat not answered"),
-            Ok(Err(error)) => {
-                answered = Instant::now();
-                tracing::debug!(%error, "heartbeat refused");
-            }
         }
     }
 }
@@ -152,7 +150,7 @@ pub(crate) struct RetryPolicy {
 impl RetryPolicy {
     fn repeats(self, error: &ClientError) -> bool {
         match error {
-            ClientError::Transport(_) | ClientError::Busy => true,
+            ClientError::Transport(_) | ClientError::Gateway(_) | ClientError::Busy => true,
             ClientError::Status { status, .. } => {
                 self.repeats_server_errors && status.is_server_error()
             }

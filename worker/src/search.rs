@@ -265,14 +265,14 @@ impl SearchContext {
 
     async fn release(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
         match self.granter.release(ticket).await {
-            Err(ClientError::Transport(_)) => self.client.release(ticket).await,
+            Err(error) if error.is_unanswered() => self.client.release(ticket).await,
             answer => answer,
         }
     }
 
     async fn renew(&self, ticket: &SearchTicket) -> Result<(), ClientError> {
         match self.granter.heartbeat(ticket).await {
-            Err(ClientError::Transport(_)) => self.client.heartbeat(ticket).await,
+            Err(error) if error.is_unanswered() => self.client.heartbeat(ticket).await,
             answer => answer,
         }
     }
@@ -283,7 +283,7 @@ impl SearchContext {
         let report = lease.report(update);
         let policy = RetryPolicy { limit: None, repeats_server_errors: true };
         let send = async || match self.granter.report(&report).await {
-            Err(ClientError::Transport(_)) => self.client.report(&report).await,
+            Err(error) if error.is_unanswered() => self.client.report(&report).await,
             answer => answer,
         };
         let name = (lease.ticket.job, "report progress");

@@ -8,7 +8,7 @@ use brood_mesh::Mesh;
 use reqwest::{Method, StatusCode, header};
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::http::{TlsError, http_client};
+use crate::http::{ServerUrl, ServerUrlError};
 use crate::lease::{
     CONTENT_TYPE, LeaseRenewal, LeaseResults, LeaseTicket, WORKER_HEADER, WireError, decode,
     decode_stored, encode, worker_version,
@@ -25,7 +25,7 @@ pub const TOKEN_VARIABLE: &str = "BROOD_TOKEN";
 #[derive(Debug, Clone)]
 pub struct WorkerClient {
     http: reqwest::Client,
-    server: String,
+    server: ServerUrl,
     token: String,
 }
 
@@ -35,12 +35,15 @@ pub enum ClientError {
     /// The server could not be reached, or the connection broke.
     #[error("no answer from the server: {}", causes(.0))]
     Transport(#[from] reqwest::Error),
-    /// The URL of the server is malformed.
-    #[error("the URL of a server begins with http:// or https:// and has a name, got {0:?}")]
-    Url(String),
-    /// TLS cannot be set up.
+    /// A proxy before the server has no answer from it.
+    #[error("no answer from the server: its proxy answered {0}")]
+    Gateway(StatusCode),
+    /// The URL of the server is malformed, or TLS cannot be set up.
     #[error(transparent)]
-    Tls(#[from] TlsError),
+    Url(#[from] ServerUrlError),
+    /// The server is at another URL.
+    #[error("the server redirects to {0}; use that URL")]
+    Redirect(String),
     /// The lease has expired or was granted to another worker.
     #[error("the lease has expired or was granted to another worker")]
     Stale,
@@ -75,19 +78,26 @@ impl From<WireError> for ClientError {
     }
 }
 
+impl ClientError {
+    /// True if the server has not answered: it may be away, while others are not.
+    #[must_use]
+    pub fn is_unanswered(&self) -> bool {
+        matches!(self, Self::Transport(_) | Self::Gateway(_))
+    }
+}
+
 impl WorkerClient {
     /// Creates a client for the server at this URL.
     ///
     /// # Errors
-    /// Returns [`ClientError::Url`] if the URL is malformed, [`ClientError::Tls`] if TLS cannot be
-    /// set up.
+    /// Returns [`ClientError::Url`] if the URL is malformed or TLS cannot be set up.
     pub fn new(server: &str, token: &str) -> Result<Self, ClientError> {
-        let url = reqwest::Url::parse(server).ok();
-        if !url.is_some_and(|url| ["http", "https"].contains(&url.scheme()) && url.has_host()) {
-            return Err(ClientError::Url(server.to_owned()));
-        }
-        let server = server.trim_end_matches('/').to_owned();
-        Ok(Self { http: http()?.build()?, server, token: token.to_owned() })
+        Self::of(ServerUrl::parse(server)?, token)
+    }
+
+    /// Creates a client for the server at this URL.
+    pub(crate) fn of(server: ServerUrl, token: &str) -> Result<Self, ClientError> {
+        Ok(Self { http: with_limits(&server).build()?, server, token: token.to_owned() })
     }
 
     /// Returns the addresses of the servers behind the name in the URL, of both versions of IP,
@@ -95,7 +105,7 @@ impl WorkerClient {
     /// now.
     pub async fn addresses(&self) -> Vec<IpAddr> {
         let Some((name, port)) = self.name() else { return Vec::new() };
-        let found = tokio::net::lookup_host((name.as_str(), port)).await;
+        let found = tokio::net::lookup_host((name, port)).await;
         let found: BTreeSet<_> = found.into_iter().flatten().map(|found| found.ip()).collect();
         found.into_iter().collect()
     }
@@ -103,26 +113,24 @@ impl WorkerClient {
     /// Returns a client of the server at one of [`addresses`](Self::addresses).
     ///
     /// # Errors
-    /// Returns [`ClientError::Tls`] if TLS cannot be set up.
+    /// Returns [`ClientError::Transport`] if the client cannot be set up.
     pub fn at(&self, address: IpAddr) -> Result<Self, ClientError> {
-        let name = self.name().map_or_else(String::new, |(name, _)| name);
+        let name = self.name().map_or("", |(name, _)| name);
         // The port is that of the URL.
-        let http = http()?.resolve(&name, SocketAddr::new(address, 0)).build()?;
+        let http = with_limits(&self.server).resolve(name, SocketAddr::new(address, 0)).build()?;
         Ok(Self { http, ..self.clone() })
     }
 
     /// Returns name and port of the URL, unless it has an address.
-    fn name(&self) -> Option<(String, u16)> {
-        let url = reqwest::Url::parse(&self.server).ok()?;
-        let (name, port) = (url.host_str()?, url.port_or_known_default()?);
-        let is_address = name.trim_matches(['[', ']']).parse::<IpAddr>().is_ok();
-        (!is_address && name != "localhost").then(|| (name.to_owned(), port))
+    fn name(&self) -> Option<(&str, u16)> {
+        let is_address = |name: &str| name.trim_matches(['[', ']']).parse::<IpAddr>().is_ok();
+        self.server.host().filter(|(name, _)| !is_address(name) && *name != "localhost")
     }
 
     /// Returns the URL of the server.
     #[must_use]
     pub fn server(&self) -> &str {
-        &self.server
+        self.server.as_str()
     }
 
     /// Requests a job. Returns `None` if there was none within the requested time.
@@ -236,7 +244,7 @@ impl WorkerClient {
     ) -> Result<reqwest::Response, ClientError> {
         let mut request = self
             .http
-            .request(method, format!("{}{path}", self.server))
+            .request(method, format!("{}{path}", self.server()))
             .bearer_auth(&self.token)
             .header(WORKER_HEADER, worker_version())
             .header(header::ACCEPT, CONTENT_TYPE);
@@ -250,8 +258,19 @@ impl WorkerClient {
             status @ (StatusCode::UNAUTHORIZED | StatusCode::FORBIDDEN) => {
                 Err(ClientError::Refused(status))
             }
+            StatusCode::BAD_GATEWAY | StatusCode::GATEWAY_TIMEOUT => {
+                Err(ClientError::Gateway(response.status()))
+            }
+            status @ StatusCode::SERVICE_UNAVAILABLE if !is_problem(&response) => {
+                Err(ClientError::Gateway(status))
+            }
             StatusCode::SERVICE_UNAVAILABLE | StatusCode::TOO_MANY_REQUESTS => {
                 Err(ClientError::Busy)
+            }
+            status if status.is_redirection() => {
+                let to = response.headers().get(header::LOCATION);
+                let to = to.and_then(|to| to.to_str().ok()).unwrap_or("another URL");
+                Err(ClientError::Redirect(to.to_owned()))
             }
             status => {
                 let detail = response.json::<crate::Problem>().await.unwrap_or_default().detail;
@@ -264,13 +283,20 @@ impl WorkerClient {
     }
 }
 
-fn http() -> Result<reqwest::ClientBuilder, TlsError> {
-    let client = http_client()?;
-    Ok(client.connect_timeout(Duration::from_secs(5)).timeout(Duration::from_secs(60)))
+/// True if an answer is one of the server, not of a proxy before it.
+fn is_problem(response: &reqwest::Response) -> bool {
+    let kind = response.headers().get(header::CONTENT_TYPE);
+    kind.is_some_and(|kind| kind.as_bytes().starts_with(b"application/problem+json"))
+}
+
+/// Returns the builder of a client with the limits of a worker's requests.
+fn with_limits(server: &ServerUrl) -> reqwest::ClientBuilder {
+    let client = server.client();
+    client.connect_timeout(Duration::from_secs(5)).timeout(Duration::from_secs(60))
 }
 
 /// Returns an error with its causes: the error alone is the URL that was requested.
-pub(crate) fn causes(error: &dyn std::error::Error) -> String {
+fn causes(error: &dyn std::error::Error) -> String {
     let causes = std::iter::successors(Some(error), |error| error.source());
     causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
@@ -282,13 +308,14 @@ async fn read<T: DeserializeOwned>(response: reqwest::Response) -> Result<T, Cli
 #[cfg(test)]
 mod tests {
     use std::io::{Read as _, Write as _};
+    use std::net::TcpListener;
 
     use super::*;
     use crate::ExportRequest;
 
     #[tokio::test]
     async fn client_at_an_address_connects_there_and_names_the_host() {
-        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let port = listener.local_addr().unwrap().port();
         let server = std::thread::spawn(move || {
             let (mut stream, _) = listener.accept().unwrap();
@@ -315,21 +342,49 @@ mod tests {
         assert!(addresses("http://nothing.invalid:7320").await.is_empty());
     }
 
-    #[test]
-    fn url_of_a_server_is_checked() {
-        for url in ["brood.test:7320", "brood.test", "ftp://brood.test", "http://", ""] {
-            let error = WorkerClient::new(url, "").unwrap_err().to_string();
-            assert!(error.ends_with(&format!("and has a name, got {url:?}")), "{error}");
-        }
-        assert!(WorkerClient::new("https://brood.test/", "").is_ok());
+    #[tokio::test]
+    async fn error_names_the_cause() {
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let error = claim(port).await;
+        assert!(error.is_unanswered(), "{error:?}");
+        let error = error.to_string();
+        assert!(error.starts_with("no answer from the server: "), "{error}");
+        assert!(error.contains("Connection refused"), "{error}");
     }
 
     #[tokio::test]
-    async fn error_names_the_cause() {
-        let client = WorkerClient::new("http://127.0.0.1:9", "").unwrap();
+    async fn answers_of_proxies_differ_from_those_of_the_server() {
+        let of_server = "503 Busy\r\nContent-Type: application/problem+json";
+        for (answer, words, is_unanswered) in [
+            ("502 Bad Gateway", "its proxy answered 502", true),
+            ("503 Service Unavailable\r\nContent-Type: text/html", "its proxy answered 503", true),
+            ("504 Gateway Timeout", "its proxy answered 504", true),
+            (of_server, "the server is busy", false),
+            ("500 Error", "the server answered 500", false),
+            ("308 Moved\r\nLocation: https://brood.test/", "to https://brood.test/; use", false),
+        ] {
+            let error = claim(answering(answer)).await;
+            assert!(error.to_string().contains(words), "{error}");
+            assert_eq!(error.is_unanswered(), is_unanswered, "{error}");
+        }
+    }
+
+    /// Server that gives one answer, with this status and head.
+    fn answering(answer: &'static str) -> u16 {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = listener.local_addr().unwrap().port();
+        std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().unwrap();
+            let _ = stream.read(&mut [0; 4096]).unwrap();
+            write!(stream, "HTTP/1.1 {answer}\r\nContent-Length: 0\r\n\r\n").unwrap();
+        });
+        port
+    }
+
+    /// Error of a request for a job at a port of this machine.
+    async fn claim(port: u16) -> ClientError {
+        let client = WorkerClient::new(&format!("http://127.0.0.1:{port}"), "").unwrap();
         let request = ExportRequest { worker: "test".to_owned(), wait_ms: 0 };
-        let error = client.claim(&request).await.unwrap_err().to_string();
-        assert!(error.starts_with("no answer from the server: "), "{error}");
-        assert!(error.contains("Connection refused"), "{error}");
+        client.claim(&request).await.unwrap_err()
     }
 }

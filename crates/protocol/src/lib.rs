@@ -58,7 +58,7 @@ pub use export::{CreateExport, ExportAnswer};
 pub use export_lease::{
     ExportFile, ExportGrant, ExportReport, ExportRequest, ExportTicket, ExportUpdate,
 };
-pub use http::{TlsError, http_client, tls_config};
+pub use http::{ServerUrl, ServerUrlError, TlsError, tls_config};
 pub use id::{
     GenerationId, IndividualId, JobId, LeaseId, LineageId, MeshId, RequestId, SceneId, TargetId,
 };
