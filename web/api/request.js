@@ -46,23 +46,23 @@ const PROBE_MS = 2000;
 /** Number of attempts of one request. */
 const TRIES = 5;
 
-/** Number of attempts if the last of them is early: a server that is away refuses fast. */
+/** Number of attempts within EARLY_MS of the first: a server that is away refuses fast. */
 const EARLY_TRIES = 9;
 
-/** Time after the first attempt in which another one is early, in milliseconds. */
+/** Time in which more attempts are made, in milliseconds. */
 const EARLY_MS = 10_000;
 
 /** Longest wait for another attempt that a server can ask for, in seconds. */
 const MOST_SECONDS = 5;
 
 /**
- * Wait for another attempt in milliseconds. It grows to a second at most: a person who breeds
- * should not wait for long after a server or its database has come back.
+ * Wait before the next attempt in milliseconds: a second at most, because a person who breeds
+ * waits for the rest of it when the server is back.
  * @param {number} tried number of attempts so far
  */
 const backoff = (tried) => Math.min(250 * 2 ** tried, 1000);
 
-/** Type of the problem that an earlier attempt of the same POST still runs. */
+/** Type of the problem while the server still executes an earlier attempt of a POST. */
 const STILL_RUNNING = "/problems/still-running";
 
 /** An answer that is not a success, or no answer at all (status 0). */
@@ -148,11 +148,10 @@ async function sendRequest(method, path, options) {
   const body =
     options.body ?? (options.json === undefined ? undefined : JSON.stringify(options.json));
   const start = performance.now();
-  // True if an attempt that failed may have been executed.
+  // True if the server may have executed an attempt that failed.
   let isUncertain = false;
   for (let tried = 1; ; tried += 1) {
-    const isLast = () =>
-      tried >= (performance.now() - start < EARLY_MS ? EARLY_TRIES : TRIES);
+    const isLast = () => tried >= (performance.now() - start < EARLY_MS ? EARLY_TRIES : TRIES);
     let response;
     try {
       // `keepalive`: a change that is being saved as the page is left still reaches the server.
@@ -175,7 +174,7 @@ async function sendRequest(method, path, options) {
     if (response.status === 404 && method === "DELETE" && isUncertain)
       return new Response(null, { status: 204 });
     if (response.status === 401 && options.asks !== false && (await askForToken())) continue;
-        const problem = await readProblem(response);
+    const problem = await readProblem(response);
     const mayPass = [429, 502, 503, 504].includes(response.status) || problem.type === STILL_RUNNING;
     if (!mayPass || isLast()) throw new ProblemError(problem);
     isUncertain ||= isOutage(problem);

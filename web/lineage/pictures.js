@@ -16,7 +16,7 @@ import { centreOf, lineageStore } from "./store.js";
 /** Number of retries, and time since the first failure, after which a picture counts as failed. */
 const RETRIES = 6;
 const PATIENCE_MS = 20_000;
-/** Longest delay between these retries. A person waits for the rest of it after an outage. */
+/** Longest delay between these retries: a person waits for the rest of it after an outage. */
 const LONGEST_MS = 2000;
 /** Delay between the retries of a failed picture. */
 const SLOW_MS = 30_000;

@@ -28,9 +28,9 @@ pub enum TlsError {
     Library(#[from] rustls::Error),
 }
 
-/// Returns the settings of clients: TLS 1.2 and 1.3 by rustls and ring. They trust the authorities
-/// of a file in PEM format, or else the public ones. Certificates of the file that rustls cannot
-/// use are left out, as a file of a system may have some.
+/// Returns the settings of clients: TLS 1.2 and 1.3 by rustls and ring. Clients trust the
+/// authorities of a file in PEM format; without a file, the public authorities. rustls cannot read
+/// some certificates of common systems: these are ignored.
 ///
 /// # Errors
 /// Returns a [`TlsError`] if the file cannot be read or has no valid certificate.
@@ -117,8 +117,8 @@ impl ServerUrl {
         Some((self.url.host_str()?, self.url.port_or_known_default()?))
     }
 
-    /// Returns the builder of an HTTP client, which follows no redirects, since a request after one
-    /// lacks its token, and ignores proxies of the environment.
+    /// Returns the builder of an HTTP client. The client follows no redirect, because reqwest
+    /// removes the token before a request to another host. It ignores proxies of the environment.
     pub fn client(&self) -> ClientBuilder {
         let client = ClientBuilder::new().tls_backend_preconfigured(self.tls.clone());
         client.tcp_nodelay(true).no_proxy().redirect(Policy::none())

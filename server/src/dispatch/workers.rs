@@ -16,8 +16,8 @@ const NAMES: usize = 4096;
 /// Time since its last message for which a worker counts as present.
 const PRESENT: Duration = Duration::from_secs(60);
 
-/// Time after a finished job of a client in which a lost lease does not count as its failure. One
-/// of its workers has died then, and others work.
+/// Time after a finished job of a client. A lease that the client loses in this time does not count
+/// as its failure, because other workers of the client still finish jobs.
 const DOES_JOBS: Duration = Duration::from_secs(10);
 /// Time without jobs after the first failure of a client's worker; doubled with each further one.
 const FIRST_WAIT: Duration = Duration::from_secs(1);

@@ -11,7 +11,7 @@ mod path;
 mod query;
 mod strict;
 
-/// The character U+0000 in an address.
+/// U+0000 as it is written in an address.
 const NUL: &str = "%00";
 
 pub use body::{ContentType, read_body, read_message, read_upload};

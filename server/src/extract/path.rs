@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 use super::NUL;
 use crate::problem::ApiError;
 
-/// Parameters of the route; a malformed id is 404, as it names nothing. One with U+0000, which
-/// PostgreSQL does not compare with text, is malformed too.
+/// Parameters of the route. A malformed id is 404, as it names nothing; so is one with U+0000,
+/// which PostgreSQL refuses.
 #[derive(Debug, Clone)]
 pub struct Path<T>(pub T);
 

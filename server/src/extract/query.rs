@@ -10,8 +10,8 @@ use super::NUL;
 use crate::limit;
 use crate::problem::{ApiError, quote, serde_words};
 
-/// Parsed query; unknown names, duplicates, bad values and U+0000, which PostgreSQL does not store,
-/// are refused.
+/// Parsed query. Unknown names, duplicates and bad values are refused, as is U+0000, which
+/// PostgreSQL refuses.
 #[derive(Debug, Clone)]
 pub struct Query<T>(pub T);
 

@@ -21,10 +21,11 @@ const FALL: u32 = 2;
 const CONNECT: Duration = Duration::from_secs(1);
 /// Number of times that the balancer sends a broken request again.
 const RETRIES: u32 = 3;
-/// Number of attempts of the page, and number of those if the last is early. After them a person
-/// has to click.
+/// Number of attempts of the page. After them a person has to click.
 const ATTEMPTS: u32 = 5;
+/// Number of attempts of the page within [`EARLY`] of the first.
 const EARLY_ATTEMPTS: u32 = 9;
+/// Time in which the page makes more attempts.
 const EARLY: Duration = Duration::from_secs(10);
 /// Longest wait of the page without `Retry-After`.
 const LONGEST_BACKOFF: Duration = Duration::from_secs(1);
@@ -131,7 +132,7 @@ impl Balancer {
         let (start, mut clicks, mut trail) = (Instant::now(), 0, String::new());
         loop {
             let mut last = None;
-            let begin = Instant::now();
+            let began = Instant::now();
             for attempt in 1.. {
                 let first = first + attempt as usize - 1;
                 let (status, pause, body) = self.attempt(first, call, start, &mut trail).await;
@@ -149,7 +150,7 @@ impl Balancer {
                     _ => panic!("{call:?}: {status} {}", String::from_utf8_lossy(&body)),
                 }
                 last = Some((status, String::from_utf8_lossy(&body).into_owned()));
-                let most = if begin.elapsed() < EARLY { EARLY_ATTEMPTS } else { ATTEMPTS };
+                let most = if began.elapsed() < EARLY { EARLY_ATTEMPTS } else { ATTEMPTS };
                 if attempt >= most {
                     break;
                 }
